@@ -1,0 +1,34 @@
+#pragma once
+#include "sinew/base/time.hpp"
+
+#include <span>
+
+namespace sinew::link {
+
+/// What a wait looks at: a descriptor of the operating system, or -1 for a link that has none (virtual links wake
+/// their clock themselves).
+struct Handle {
+    int fd = -1;
+    bool wants_write = false; ///< also wake when the descriptor takes bytes again
+};
+
+/// Where time comes from, and the only place where a thread of sinew waits. One per robot, shared by its links; it must
+/// outlive them. Not for use from two threads at once, except `now()`.
+class Clock
+{
+public:
+    virtual ~Clock() = default;
+    virtual TimePoint now() const = 0;
+    /// Returns when a handle is ready, when a virtual link received something, or at the deadline. May return early.
+    virtual void wait(std::span<const Handle> handles, TimePoint deadline) = 0;
+};
+
+/// CLOCK_MONOTONIC and ppoll.
+class RealClock final : public Clock
+{
+public:
+    TimePoint now() const override;
+    void wait(std::span<const Handle> handles, TimePoint deadline) override;
+};
+
+} // namespace sinew::link

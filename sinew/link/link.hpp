@@ -1,0 +1,59 @@
+#pragma once
+#include "sinew/base/error.hpp"
+#include "sinew/base/time.hpp"
+#include "sinew/wire/frame.hpp"
+
+#include <cstdint>
+#include <expected>
+#include <memory>
+#include <span>
+#include <variant>
+
+/// Links move bytes or CAN frames between this program and a wire; they know no protocol.
+namespace sinew::link {
+
+struct LinkState {
+    bool open = false;           ///< false: hung up; the descriptor is closed and the link stays lost
+    std::uint32_t bit_rate = 0;  ///< bits per second on the wire as really set; 0 where the link cannot know (TCP)
+};
+
+/// What one read brought: how much, and when it arrived (the end of the last byte or frame as the clock of the link saw
+/// it).
+struct Arrival {
+    std::size_t count = 0;
+    TimePoint at{};
+};
+
+/// A line of bytes. No call blocks. After `link_lost` every call fails with `link_lost`.
+/// Owned by one bus and used from the thread that drives it.
+class ByteLink
+{
+public:
+    virtual ~ByteLink() = default;
+    /// Writes what fits and says how many bytes that was.
+    virtual std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) = 0;
+    /// Reads what is there; `count` 0: nothing yet.
+    virtual std::expected<Arrival, Error> read(std::span<std::uint8_t> into) = 0;
+    virtual int handle() const = 0; ///< for ppoll; -1: virtual
+    virtual LinkState state() const = 0;
+    /// Sets another bit rate and returns the one that was really set. `unsupported` where the link has none (TCP).
+    virtual std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) = 0;
+};
+
+/// A CAN bus. No call blocks. Own frames are never read back.
+class CanLink
+{
+public:
+    virtual ~CanLink() = default;
+    /// Queues as many frames as fit and says how many that was.
+    virtual std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) = 0;
+    virtual std::expected<Arrival, Error> read(std::span<wire::Frame> into) = 0;
+    virtual int handle() const = 0;
+    virtual LinkState state() const = 0;
+    virtual std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) = 0;
+};
+
+/// An open link of either kind.
+using AnyLink = std::variant<std::unique_ptr<ByteLink>, std::unique_ptr<CanLink>>;
+
+} // namespace sinew::link
