@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <numeric>
 
-namespace sinew {
-namespace {
+namespace sinew
+{
+namespace
+{
 
 constexpr std::string_view separators = " \t\r\n,:";
 
@@ -62,8 +64,8 @@ std::expected<std::vector<std::uint8_t>, Error> from_hex(std::string_view text)
         if (group.size() == 1) {
             bytes.push_back(static_cast<std::uint8_t>(digit(group[0])));
         } else if (group.empty() || group.size() % 2 != 0) {
-            return fail(Errc::bad_hex,
-                        fmt::format("'{}' has {} hex digits; a byte takes two", text.substr(at, end - at), group.size()));
+            return fail(Errc::bad_hex, fmt::format("'{}' has {} hex digits; a byte takes two",
+                                                   text.substr(at, end - at), group.size()));
         } else {
             for (std::size_t i = 0; i < group.size(); i += 2)
                 bytes.push_back(static_cast<std::uint8_t>(digit(group[i]) * 16 + digit(group[i + 1])));

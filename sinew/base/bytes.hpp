@@ -8,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew {
+namespace sinew
+{
 
 /// "FF E0 A0": two digits a byte, one space between.
 std::string to_hex(std::span<const std::uint8_t> bytes);

@@ -1,7 +1,8 @@
 #pragma once
 #include <chrono>
 
-namespace sinew {
+namespace sinew
+{
 
 using Duration = std::chrono::nanoseconds;
 
@@ -23,6 +24,9 @@ constexpr Duration bit_time(std::int64_t bits, std::int64_t bit_rate)
     return Duration{(bits * 1'000'000'000 + bit_rate - 1) / bit_rate};
 }
 
-constexpr double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+constexpr double seconds(Duration d)
+{
+    return std::chrono::duration<double>(d).count();
+}
 
 } // namespace sinew

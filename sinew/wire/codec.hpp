@@ -8,7 +8,8 @@
 
 /// The one codec. Encoding and decoding are all or nothing: a value out of range, a wrong constant, length or checksum,
 /// or a repeated value that differs is an error with its evidence; nothing is clamped. No heap, no exceptions.
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// A message and the device it is for or from. `id` is -1 where the frame carries none (SAM replies).
 template <class M>
@@ -17,7 +18,8 @@ struct Addressed {
     M message{};
 };
 
-namespace detail {
+namespace detail
+{
 
 /// A frame with everything in it that no value changes, made at compile time.
 template <class M, Direction D>
@@ -215,7 +217,7 @@ template <class M, Direction D, std::size_t I, class Value>
 
 template <class M, Direction D, class Value, std::size_t... I>
 [[gnu::always_inline]] inline std::expected<Frame, Error> encode(int id, const Value& message, Options options,
-                                                                std::index_sequence<I...>)
+                                                                 std::index_sequence<I...>)
 {
     constexpr const Layout& layout = *typed_side<M, D>().layout;
     constexpr const Info& info = row<M>.info;
@@ -243,13 +245,13 @@ template <class M, Direction D, class Value, std::size_t... I>
 
 template <class M, Direction D, class Value, std::size_t... I>
 [[gnu::always_inline]] inline std::expected<Addressed<Value>, Error> decode(const Frame& frame, Options options,
-                                                                           std::index_sequence<I...>)
+                                                                            std::index_sequence<I...>)
 {
     constexpr const Layout& layout = *typed_side<M, D>().layout;
     constexpr std::size_t size = typed_side<M, D>().size;
     std::expected<Addressed<Value>, Error> out{std::in_place};
-    const bool size_fits = has<M, D>(Kind::sequence) ? frame.size >= size && frame.size <= Frame::capacity
-                                                     : frame.size == size;
+    const bool size_fits =
+        has<M, D>(Kind::sequence) ? frame.size >= size && frame.size <= Frame::capacity : frame.size == size;
     out->id = address_of<M, D>(frame, options);
     bool good = size_fits && constants_hold<M, D>(frame);
     if constexpr (layout.can_fixed)

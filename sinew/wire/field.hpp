@@ -5,7 +5,8 @@
 #include <string_view>
 
 /// Rows: one description of each wire fact, from which everything else is made.
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// An inclusive range of raw values.
 struct Range {
@@ -41,8 +42,9 @@ struct When {
 
 /// How the bits of a value lie in the frame.
 enum class Coding : std::uint8_t {
-    bits,           ///< unsigned, bits msb … lsb of one byte
-    u_le, i_le,     ///< whole bytes, least significant first
+    bits, ///< unsigned, bits msb … lsb of one byte
+    u_le,
+    i_le,           ///< whole bytes, least significant first
     u_be,           ///< whole bytes, most significant first
     septets,        ///< SAM: 7 bits in each low byte, `top_bits` in the first; bit 7 of a low byte stays clear
     signed_septets, ///< SAM: sign in bit 7 of the first byte, then 7 + 7 bits of magnitude
@@ -61,28 +63,31 @@ enum class Kind : std::uint8_t {
     checksum, ///< computed; `byte` counts from the end of the frame when `from_end`
 };
 
+/// A scale that differs from model to model; the tables of models give it.
+inline constexpr double by_model = 0.0;
+
 /// One run of bits in a frame. Bytes count from the first byte of the frame, or of the CAN data.
 struct Field {
     std::string_view name{};
-    std::uint8_t byte{};        ///< the first byte
-    std::uint8_t bytes = 1;     ///< how many
-    std::uint8_t msb = 7;       ///< inside the byte, coding `bits` only
+    std::uint8_t byte{};    ///< the first byte
+    std::uint8_t bytes = 1; ///< how many
+    std::uint8_t msb = 7;   ///< inside the byte, coding `bits` only
     std::uint8_t lsb = 0;
-    std::uint8_t top_bits = 8;  ///< septets: bits used in the first byte
-    bool shares_top = false;    ///< septets: the other bits of the first byte belong to another field
-    std::uint8_t lenient = 0;   ///< septets: a receiver masks bit 7 of this byte (counted from `byte`; 0: of none)
+    std::uint8_t top_bits = 8; ///< septets: bits used in the first byte
+    bool shares_top = false;   ///< septets: the other bits of the first byte belong to another field
+    std::uint8_t lenient = 0;  ///< septets: a receiver masks bit 7 of this byte (counted from `byte`; 0: of none)
     bool from_end = false;
     Coding coding = Coding::bits;
     Kind kind = Kind::value;
-    std::uint8_t source{};      ///< of a repeat
+    std::uint8_t source{}; ///< of a repeat
     std::int64_t fixed{};
-    Range range{};              ///< what may travel; not given: whatever fits
-    Range recommended{};        ///< what a host should send where that is narrower
-    std::string_view unit{};    ///< the manual's unit of `raw * scale + offset`; empty: a plain number
-    double scale = 1.0;         ///< 0: the model says
+    Range range{};           ///< what may travel; not given: whatever fits
+    Range recommended{};     ///< what a host should send where that is narrower
+    std::string_view unit{}; ///< the manual's unit of `raw * scale + offset`; empty: a plain number
+    double scale = 1.0;      ///< 0: the model says
     double offset = 0.0;
     std::span<const Label> labels{};
-    std::string_view says{};    ///< only what name, unit and range do not tell
+    std::string_view says{}; ///< only what name, unit and range do not tell
     When when{};
 };
 
@@ -91,21 +96,28 @@ constexpr Range capacity(const Field& f)
 {
     const auto unsigned_bits = [](int bits) { return Range{0, (std::int64_t{1} << bits) - 1}; };
     switch (f.coding) {
-    case Coding::bits: return unsigned_bits(f.msb - f.lsb + 1);
+    case Coding::bits:
+        return unsigned_bits(f.msb - f.lsb + 1);
     case Coding::u_le:
-    case Coding::u_be: return unsigned_bits(8 * f.bytes);
+    case Coding::u_be:
+        return unsigned_bits(8 * f.bytes);
     case Coding::i_le: {
         const std::int64_t half = std::int64_t{1} << (8 * f.bytes - 1);
         return {-half, half - 1};
     }
-    case Coding::septets: return unsigned_bits(f.top_bits + 7 * (f.bytes - 1));
-    case Coding::signed_septets: return {-0x3FFF, 0x3FFF};
+    case Coding::septets:
+        return unsigned_bits(f.top_bits + 7 * (f.bytes - 1));
+    case Coding::signed_septets:
+        return {-0x3FFF, 0x3FFF};
     }
     return {};
 }
 
 /// What may travel: the printed range, or all that the coding carries.
-constexpr Range allowed(const Field& f) { return f.range.given() ? f.range : capacity(f); }
+constexpr Range allowed(const Field& f)
+{
+    return f.range.given() ? f.range : capacity(f);
+}
 
 /// The bits of byte `byte` that the field explains.
 constexpr std::uint8_t claimed(const Field& f, std::size_t byte)
@@ -125,7 +137,9 @@ constexpr std::uint8_t claimed(const Field& f, std::size_t byte)
     auto rest = static_cast<std::uint64_t>(value);
     const auto byte_at = [&](std::size_t i) -> std::uint8_t& { return data[f.byte + i]; };
     switch (f.coding) {
-    case Coding::bits: byte_at(0) = static_cast<std::uint8_t>(byte_at(0) | (rest << f.lsb)); break;
+    case Coding::bits:
+        byte_at(0) = static_cast<std::uint8_t>(byte_at(0) | (rest << f.lsb));
+        break;
     case Coding::u_le:
     case Coding::i_le:
         for (std::size_t i = 0; i < f.bytes; ++i, rest >>= 8)

@@ -9,13 +9,14 @@
 
 /// How a plain struct becomes a message: beside it stands `consteval auto row_of(const Struct*)`, which returns
 /// `message<Struct, Reply>(info, request side, reply side)`. `row<Struct>` is the checked row.
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// A field and the member that holds its value: an integer, a bool or an enumeration.
 template <class M, class T>
 struct Bound {
     using Member = T;
-    T M::*member;
+    T M::* member;
     Field field;
 };
 
@@ -28,8 +29,8 @@ struct Pair {
 /// Pairs at the end of a frame; `count` of them.
 template <class M, std::size_t N>
 struct BoundSequence {
-    std::array<Pair, N> M::*member;
-    std::uint8_t M::*count;
+    std::array<Pair, N> M::* member;
+    std::uint8_t M::* count;
     Field field;
 };
 
@@ -64,7 +65,7 @@ struct Row {
 // ---- fields with their members ----
 
 template <class M, class T>
-consteval Bound<M, T> bits(T M::*member, int msb, int lsb, Field f)
+consteval Bound<M, T> bits(T M::* member, int msb, int lsb, Field f)
 {
     f.msb = static_cast<std::uint8_t>(msb);
     f.lsb = static_cast<std::uint8_t>(lsb);
@@ -72,40 +73,76 @@ consteval Bound<M, T> bits(T M::*member, int msb, int lsb, Field f)
 }
 
 template <class M, class T>
-consteval Bound<M, T> u8(T M::*member, Field f)
+consteval Bound<M, T> u8(T M::* member, Field f)
 {
     return {member, f};
 }
 
 template <class M, class T>
-consteval Bound<M, T> coded(T M::*member, Coding coding, int bytes, Field f)
+consteval Bound<M, T> coded(T M::* member, Coding coding, int bytes, Field f)
 {
     f.coding = coding;
     f.bytes = static_cast<std::uint8_t>(bytes);
     return {member, f};
 }
 
-template <class M, class T> consteval auto i8(T M::*m, Field f) { return coded(m, Coding::i_le, 1, f); }
-template <class M, class T> consteval auto u16_le(T M::*m, Field f) { return coded(m, Coding::u_le, 2, f); }
-template <class M, class T> consteval auto i16_le(T M::*m, Field f) { return coded(m, Coding::i_le, 2, f); }
-template <class M, class T> consteval auto u32_le(T M::*m, Field f) { return coded(m, Coding::u_le, 4, f); }
-template <class M, class T> consteval auto i32_le(T M::*m, Field f) { return coded(m, Coding::i_le, 4, f); }
-template <class M, class T> consteval auto u48_le(T M::*m, Field f) { return coded(m, Coding::u_le, 6, f); }
-template <class M, class T> consteval auto i56_le(T M::*m, Field f) { return coded(m, Coding::i_le, 7, f); }
-template <class M, class T> consteval auto u16_be(T M::*m, Field f) { return coded(m, Coding::u_be, 2, f); }
+template <class M, class T>
+consteval auto i8(T M::* m, Field f)
+{
+    return coded(m, Coding::i_le, 1, f);
+}
+template <class M, class T>
+consteval auto u16_le(T M::* m, Field f)
+{
+    return coded(m, Coding::u_le, 2, f);
+}
+template <class M, class T>
+consteval auto i16_le(T M::* m, Field f)
+{
+    return coded(m, Coding::i_le, 2, f);
+}
+template <class M, class T>
+consteval auto u32_le(T M::* m, Field f)
+{
+    return coded(m, Coding::u_le, 4, f);
+}
+template <class M, class T>
+consteval auto i32_le(T M::* m, Field f)
+{
+    return coded(m, Coding::i_le, 4, f);
+}
+template <class M, class T>
+consteval auto u48_le(T M::* m, Field f)
+{
+    return coded(m, Coding::u_le, 6, f);
+}
+template <class M, class T>
+consteval auto i56_le(T M::* m, Field f)
+{
+    return coded(m, Coding::i_le, 7, f);
+}
+template <class M, class T>
+consteval auto u16_be(T M::* m, Field f)
+{
+    return coded(m, Coding::u_be, 2, f);
+}
 
 /// SAM's 7-bit packing: `top_bits` in the first byte, 7 in each further one.
 template <class M, class T>
-consteval Bound<M, T> septets(T M::*member, int top_bits, int bytes, Field f)
+consteval Bound<M, T> septets(T M::* member, int top_bits, int bytes, Field f)
 {
     f.top_bits = static_cast<std::uint8_t>(top_bits);
     return coded(member, Coding::septets, bytes, f);
 }
 
-template <class M, class T> consteval auto signed_septets(T M::*m, Field f) { return coded(m, Coding::signed_septets, 2, f); }
+template <class M, class T>
+consteval auto signed_septets(T M::* m, Field f)
+{
+    return coded(m, Coding::signed_septets, 2, f);
+}
 
 template <class M, std::size_t N>
-consteval BoundSequence<M, N> pairs(std::array<Pair, N> M::*member, std::uint8_t M::*count, Field f)
+consteval BoundSequence<M, N> pairs(std::array<Pair, N> M::* member, std::uint8_t M::* count, Field f)
 {
     f.kind = Kind::sequence;
     f.bytes = 2;
@@ -136,7 +173,9 @@ consteval Field reserved(std::string_view name, int byte, int msb = 7, int lsb =
 
 consteval Field repeat(std::string_view name, int byte, int source)
 {
-    return {.name = name, .byte = static_cast<std::uint8_t>(byte), .kind = Kind::repeat,
+    return {.name = name,
+            .byte = static_cast<std::uint8_t>(byte),
+            .kind = Kind::repeat,
             .source = static_cast<std::uint8_t>(source)};
 }
 
@@ -167,7 +206,8 @@ using ReplyOf = typename std::remove_cvref_t<decltype(row<M>)>::ReplyMessage;
 
 // ---- the same without types ----
 
-namespace detail {
+namespace detail
+{
 
 template <class Part>
 constexpr Field field_of(const Part& part)
@@ -193,7 +233,10 @@ consteval int opcode_of()
     return D == Direction::request ? row<M>.info.opcode : row<M>.info.reply_opcode;
 }
 
-consteval std::size_t framing_fields(const Layout* layout) { return layout ? layout->fields.size() : 0; }
+consteval std::size_t framing_fields(const Layout* layout)
+{
+    return layout ? layout->fields.size() : 0;
+}
 
 template <class M, Direction D>
 consteval auto collect_fields()
@@ -226,8 +269,13 @@ consteval Side erase_side()
 {
     constexpr const auto& s = typed_side<M, D>();
     constexpr const Info& info = row<M>.info;
-    Side out{.layout = s.layout, .size = s.size, .fields = fields<M, D>, .selector = s.selector, .replaced = s.replaced,
-             .variants = s.variants, .opcode = opcode_of<M, D>()};
+    Side out{.layout = s.layout,
+             .size = s.size,
+             .fields = fields<M, D>,
+             .selector = s.selector,
+             .replaced = s.replaced,
+             .variants = s.variants,
+             .opcode = opcode_of<M, D>()};
     if (D == Direction::reply) {
         out.opcode_also = info.reply_opcode_also;
         out.also_when = info.also_when;

@@ -4,15 +4,16 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// What a model or firmware line says differently about one field. Messages and fields by name; an empty message means
 /// every message with such a field.
 struct Override {
     std::string_view message{};
     std::string_view field{};
-    Range range{};        ///< not given: as the row says
-    double scale = 0.0;   ///< 0: as the row says
+    Range range{};      ///< not given: as the row says
+    double scale = 0.0; ///< 0: as the row says
     double offset = 0.0;
     std::string_view source{};
 };
@@ -47,7 +48,7 @@ struct Profile {
 /// How the raw value of one field is read: `raw * scale + offset` in the unit of the field, and what may travel.
 struct Reading {
     Range range;
-    double scale = 1.0;         ///< 0: the model says
+    double scale = 1.0; ///< 0: the model says
     double offset = 0.0;
 
     constexpr double physical(std::int64_t raw) const { return static_cast<double>(raw) * scale + offset; }

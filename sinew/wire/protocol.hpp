@@ -7,7 +7,8 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// Where the next frame of a byte stream stands: after `skip` bytes of garbage, `size` bytes long. Size 0: what follows
 /// the garbage is not a frame yet; come back with more bytes, or when the line has fallen silent.
@@ -16,8 +17,8 @@ struct Scan {
     std::size_t size = 0;
 };
 
-/// Framing and matching of one family, for both ends of the wire. Stateless, without I/O, time or heap: the caller keeps
-/// the bytes, drops `skip + size` of them after each scan, and any split of a stream gives the same frames.
+/// Framing and matching of one family, for both ends of the wire. Stateless, without I/O, time or heap: the caller
+/// keeps the bytes, drops `skip + size` of them after each scan, and any split of a stream gives the same frames.
 class Protocol
 {
 public:

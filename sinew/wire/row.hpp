@@ -7,7 +7,8 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 enum class Checksum : std::uint8_t {
     none,
@@ -22,7 +23,7 @@ struct Layout {
     std::span<const Field> fields{};
     std::uint32_t can_base = 0; ///< CAN identifier is this + id (`can_fixed`: just this); 0: no CAN
     bool can_fixed = false;
-    Range ids{0, 0};            ///< ids that can be addressed; on CAN the id stands in the identifier
+    Range ids{0, 0}; ///< ids that can be addressed; on CAN the id stands in the identifier
 };
 
 /// What a message does to the device.
@@ -34,10 +35,10 @@ enum class Access : std::uint8_t {
 
 /// What is said once about a message.
 struct Info {
-    std::string_view name;            ///< unique in its profile, with dashes
-    int opcode = -1;                  ///< selects the message; -1: none
-    int reply_opcode = -1;            ///< selects the reply; -1: as the request
-    int reply_opcode_also = -1;       ///< a second one that hosts accept and a device sends while `also_when` is set
+    std::string_view name;      ///< unique in its profile, with dashes
+    int opcode = -1;            ///< selects the message; -1: none
+    int reply_opcode = -1;      ///< selects the reply; -1: as the request
+    int reply_opcode_also = -1; ///< a second one that hosts accept and a device sends while `also_when` is set
     std::uint32_t also_when = 0;
     Access access = Access::read;
     bool moves = false;               ///< can make the shaft turn, or let it go
@@ -59,10 +60,10 @@ struct Variant {
 /// The request or the reply of a message without its C++ type: all fields in the order of the manual, framing first.
 struct Side {
     const Layout* layout = nullptr;
-    std::uint8_t size = 0;                 ///< bytes; the least, if it ends in a sequence
+    std::uint8_t size = 0; ///< bytes; the least, if it ends in a sequence
     std::span<const Field> fields{};
-    std::string_view selector{};           ///< name of the field that selects a variant
-    std::string_view replaced{};           ///< name of the field that the variant replaces
+    std::string_view selector{}; ///< name of the field that selects a variant
+    std::string_view replaced{}; ///< name of the field that the variant replaces
     std::span<const Variant> variants{};
     int opcode = -1;
     int opcode_also = -1;

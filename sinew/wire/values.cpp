@@ -2,8 +2,10 @@
 
 #include "sinew/wire/codec.hpp"
 
-namespace sinew::wire {
-namespace {
+namespace sinew::wire
+{
+namespace
+{
 
 bool carries_meaning(const Field& f, Options options)
 {
@@ -84,7 +86,11 @@ std::optional<Error> decode_value(const Info& info, const Field& f, const Frame&
     const Range range = allowed(f);
     if (clean && range.contains(value))
         return std::nullopt;
-    Error error{.code = Errc::out_of_range, .message = info.name, .field = f.name, .value = value, .low = range.low,
+    Error error{.code = Errc::out_of_range,
+                .message = info.name,
+                .field = f.name,
+                .value = value,
+                .low = range.low,
                 .high = range.high};
     if (!clean) {
         error.code = Errc::bad_constant;
@@ -175,7 +181,8 @@ std::expected<Frame, Error> encode(const MessageInfo& message, Direction directi
         }
         const auto raw = values.find(field->name);
         if (!raw)
-            return std::unexpected(Error{.code = Errc::missing_field, .message = message.info.name, .field = field->name});
+            return std::unexpected(
+                Error{.code = Errc::missing_field, .message = message.info.name, .field = field->name});
         if (!allowed(*field).contains(*raw))
             return std::unexpected(detail::explain_value(message.info, *field, *raw));
         put(*field, *raw, frame.data.data());
@@ -229,7 +236,8 @@ std::expected<AddressedValues, Error> decode(const MessageInfo& message, Directi
     return out;
 }
 
-namespace detail {
+namespace detail
+{
 
 Error explain_id(const Info& info, const Range& ids, std::int64_t id)
 {
@@ -239,7 +247,11 @@ Error explain_id(const Info& info, const Range& ids, std::int64_t id)
 Error explain_value(const Info& info, const Field& field, std::int64_t value)
 {
     const Range range = allowed(field);
-    return {.code = Errc::out_of_range, .message = info.name, .field = field.name, .value = value, .low = range.low,
+    return {.code = Errc::out_of_range,
+            .message = info.name,
+            .field = field.name,
+            .value = value,
+            .low = range.low,
             .high = range.high};
 }
 

@@ -10,7 +10,8 @@
 
 /// Messages by name and number, for everything that does not know their C++ types. The same rows and the same bits as
 /// the typed codec.
-namespace sinew::wire {
+namespace sinew::wire
+{
 
 /// One field and its raw value. A sequence appears as one entry per byte, all with the field of the sequence.
 struct Value {
