@@ -1,0 +1,46 @@
+#pragma once
+#include "sinew/base/time.hpp"
+#include "sinew/wire/codec.hpp"
+
+#include <array>
+#include <span>
+
+namespace sinew::wire
+{
+
+/// A request ready for the wire, with all that a bus must know to carry it out.
+struct Request {
+    int id = -1;                          ///< whom it is for
+    const MessageInfo* message = nullptr; ///< what it is
+    Frame frame{};
+    Options options{};        ///< of the device's firmware line
+    bool answered = true;     ///< false: no reply is due, it is done when its bits are out
+    Duration response_time{}; ///< how long the device may take before it starts to answer
+};
+
+/// A request from a typed message. Answered unless the message has no reply or goes to every device at once.
+template <class M>
+std::expected<Request, Error> make_request(int id, const M& message, Options options = {}, Duration response_time = {})
+{
+    auto frame = encode_request(id, message, options);
+    if (!frame)
+        return std::unexpected(std::move(frame.error()));
+    return Request{id, &info_of<M>, *frame, options, info_of<M>.reply.exists(), response_time};
+}
+
+/// A few requests in a row, without heap.
+class Requests
+{
+public:
+    static constexpr std::size_t capacity = 8;
+
+    void add(const Request& request) { all_[size_++] = request; }
+    std::span<const Request> all() const { return std::span(all_).first(size_); }
+    bool empty() const { return size_ == 0; }
+
+private:
+    std::array<Request, capacity> all_{};
+    std::size_t size_ = 0;
+};
+
+} // namespace sinew::wire
