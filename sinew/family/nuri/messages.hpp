@@ -12,8 +12,8 @@ using namespace wire;
 
 // ---- words for raw values ----
 
-enum class Direction : std::uint8_t { counter_clockwise, clockwise };
-inline constexpr Label directions[] = {{0, "CCW"}, {1, "CW"}};
+enum class Rotation : std::uint8_t { counter_clockwise, clockwise };
+inline constexpr Label rotations[] = {{0, "CCW"}, {1, "CW"}};
 
 /// On is 0 (N22).
 enum class Control : std::uint8_t { on, off };
@@ -61,7 +61,7 @@ consteval auto row_of(const ReplyPing*)
 }
 
 struct ReplyPositionFeedback {
-    Direction position_direction{};
+    Rotation position_direction{};
     std::uint16_t position{};
     std::uint16_t speed{};
     std::uint8_t current{};
@@ -78,7 +78,7 @@ consteval auto row_of(const ReplyPositionFeedback*)
         side<ReplyPositionFeedback>(
             feedback, 12,
             u8(&ReplyPositionFeedback::position_direction,
-               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = directions}),
+               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = rotations}),
             u16_be(&ReplyPositionFeedback::position,
                    {.name = "position", .byte = 7, .range = {0, 65533}, .unit = "deg", .scale = 0.01}),
             u16_be(&ReplyPositionFeedback::speed,
@@ -88,7 +88,7 @@ consteval auto row_of(const ReplyPositionFeedback*)
 }
 
 struct ReplySpeedFeedback {
-    Direction speed_direction{};
+    Rotation speed_direction{};
     std::uint16_t speed{};
     std::uint16_t position{};
     std::uint8_t current{};
@@ -105,7 +105,7 @@ consteval auto row_of(const ReplySpeedFeedback*)
         side<ReplySpeedFeedback>(
             feedback, 12,
             u8(&ReplySpeedFeedback::speed_direction,
-               {.name = "speed_direction", .byte = 6, .range = {0, 1}, .labels = directions}),
+               {.name = "speed_direction", .byte = 6, .range = {0, 1}, .labels = rotations}),
             u16_be(&ReplySpeedFeedback::speed,
                    {.name = "speed", .byte = 7, .range = {0, 65533}, .unit = "RPM", .scale = 0.1}),
             u16_be(&ReplySpeedFeedback::position,
@@ -252,7 +252,7 @@ consteval auto row_of(const ReplyFirmwareVersionFeedback*)
 }
 
 struct PositionSpeedControl {
-    Direction position_direction{};
+    Rotation position_direction{};
     std::uint16_t position{};
     std::uint16_t speed{};
 };
@@ -270,7 +270,7 @@ consteval auto row_of(const PositionSpeedControl*)
         side<PositionSpeedControl>(
             control, 11,
             u8(&PositionSpeedControl::position_direction,
-               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = directions}),
+               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = rotations}),
             u16_be(&PositionSpeedControl::position,
                    {.name = "position", .byte = 7, .range = {0, 65533}, .unit = "deg", .scale = 0.01}),
             u16_be(&PositionSpeedControl::speed,
@@ -279,7 +279,7 @@ consteval auto row_of(const PositionSpeedControl*)
 }
 
 struct AccelPositionControl {
-    Direction position_direction{};
+    Rotation position_direction{};
     std::uint16_t position{};
     std::uint8_t arrival_time{};
 };
@@ -297,7 +297,7 @@ consteval auto row_of(const AccelPositionControl*)
         side<AccelPositionControl>(
             control, 10,
             u8(&AccelPositionControl::position_direction,
-               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = directions}),
+               {.name = "position_direction", .byte = 6, .range = {0, 1}, .labels = rotations}),
             u16_be(&AccelPositionControl::position,
                    {.name = "position", .byte = 7, .range = {0, 65533}, .unit = "deg", .scale = 0.01}),
             u8(&AccelPositionControl::arrival_time,
@@ -306,7 +306,7 @@ consteval auto row_of(const AccelPositionControl*)
 }
 
 struct AccelSpeedControl {
-    Direction speed_direction{};
+    Rotation speed_direction{};
     std::uint16_t speed{};
     std::uint8_t arrival_time{};
 };
@@ -323,7 +323,7 @@ consteval auto row_of(const AccelSpeedControl*)
          .says = "Reach a speed in a given time."},
         side<AccelSpeedControl>(control, 10,
                                 u8(&AccelSpeedControl::speed_direction,
-                                   {.name = "speed_direction", .byte = 6, .range = {0, 1}, .labels = directions}),
+                                   {.name = "speed_direction", .byte = 6, .range = {0, 1}, .labels = rotations}),
                                 u16_be(&AccelSpeedControl::speed,
                                        {.name = "speed", .byte = 7, .range = {0, 65533}, .unit = "RPM", .scale = 0.1}),
                                 u8(&AccelSpeedControl::arrival_time,

@@ -1,0 +1,66 @@
+#include "sinew/family/nuri/framing.hpp"
+
+#include "sinew/family/nuri/messages.hpp"
+#include "sinew/wire/select.hpp"
+
+namespace sinew::nuri
+{
+namespace
+{
+
+constexpr std::size_t before_payload = 6; // header, id, size, checksum, mode
+constexpr std::size_t largest = 12;       // position and speed feedback
+
+} // namespace
+
+Scan Framing::find_request(std::span<const std::uint8_t> bytes, bool silent) const
+{
+    for (std::size_t at = 0; at < bytes.size(); ++at) {
+        const auto rest = bytes.subspan(at);
+        if (rest[0] != 0xFF || (rest.size() > 1 && rest[1] != 0xFE))
+            continue;
+        if (rest.size() > 3 && (rest[3] < 2 || rest[3] + 4U > largest))
+            continue;
+        const std::size_t size = rest.size() > 3 ? rest[3] + 4U : before_payload;
+        // The mode tells at the sixth byte whether the size can be right; modes that nobody documents have any.
+        if (rest.size() >= before_payload && sizes_[rest[5]] != 0 && sizes_[rest[5]] != size)
+            continue;
+        if (rest.size() < size) {
+            if (silent)
+                continue;
+            return {at, 0};
+        }
+        if (rest[4] == checksum(Checksum::not_sum, rest.data(), size))
+            return {at, size};
+    }
+    return {bytes.size(), 0};
+}
+
+Scan Framing::find_reply(std::span<const std::uint8_t> bytes, std::size_t, bool silent) const
+{
+    return find_request(bytes, silent);
+}
+
+const MessageInfo* Framing::identify(const Frame& frame, wire::Direction direction, const Profile& profile) const
+{
+    for (const auto* message : profile.messages) {
+        // A reply has an entry of its own beside the request that asks for it.
+        const bool own_entry = direction == wire::Direction::request || !message->request.exists();
+        if (own_entry && message->side(direction).exists() && selects(message->side(direction), frame))
+            return message;
+    }
+    return nullptr;
+}
+
+bool Framing::answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options) const
+{
+    return reply.data[2] == asked.data[2] && selects(message.reply, reply);
+}
+
+const Protocol& protocol()
+{
+    static const Framing the_protocol{manual_messages};
+    return the_protocol;
+}
+
+} // namespace sinew::nuri
