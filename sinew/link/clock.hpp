@@ -1,9 +1,11 @@
 #pragma once
 #include "sinew/base/time.hpp"
 
+#include <cstddef>
 #include <span>
 
-namespace sinew::link {
+namespace sinew::link
+{
 
 /// What a wait looks at: a descriptor of the operating system, or -1 for a link that has none (virtual links wake
 /// their clock themselves).
@@ -20,13 +22,17 @@ public:
     virtual ~Clock() = default;
     virtual TimePoint now() const = 0;
     /// Returns when a handle is ready, when a virtual link received something, or at the deadline. May return early.
+    /// Handles with fd -1 are passed over; a deadline that is gone only looks.
     virtual void wait(std::span<const Handle> handles, TimePoint deadline) = 0;
 };
 
-/// CLOCK_MONOTONIC and ppoll.
+/// CLOCK_MONOTONIC and ppoll. A signal ends a wait early.
 class RealClock final : public Clock
 {
 public:
+    /// One wait looks at this many descriptors; those beyond wake nobody before the deadline.
+    static constexpr std::size_t max_handles = 32;
+
     TimePoint now() const override;
     void wait(std::span<const Handle> handles, TimePoint deadline) override;
 };

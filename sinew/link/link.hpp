@@ -10,11 +10,12 @@
 #include <variant>
 
 /// Links move bytes or CAN frames between this program and a wire; they know no protocol.
-namespace sinew::link {
+namespace sinew::link
+{
 
 struct LinkState {
-    bool open = false;           ///< false: hung up; the descriptor is closed and the link stays lost
-    std::uint32_t bit_rate = 0;  ///< bits per second on the wire as really set; 0 where the link cannot know (TCP)
+    bool open = false;          ///< false: hung up; the descriptor is closed and the link stays lost
+    std::uint32_t bit_rate = 0; ///< bits per second on the wire as really set; 0 where the link cannot know (TCP)
 };
 
 /// What one read brought: how much, and when it arrived (the end of the last byte or frame as the clock of the link saw

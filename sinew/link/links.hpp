@@ -9,14 +9,15 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew::link {
+namespace sinew::link
+{
 
 /// One way to reach a wire: how it is written, and how it is opened.
 struct Scheme {
-    std::string_view name;                   ///< "serial"
-    std::string_view form;                   ///< "serial:DEVICE?baud=RATE"
-    std::string_view says;                   ///< one sentence for the help
-    std::vector<std::string_view> options;   ///< the options it knows; others are refused
+    std::string_view name;                 ///< "serial"
+    std::string_view form;                 ///< "serial:DEVICE?baud=RATE"
+    std::string_view says;                 ///< one sentence for the help
+    std::vector<std::string_view> options; ///< the options it knows; others are refused
     std::function<std::expected<AnyLink, Error>(const Uri&, Clock&)> open;
 };
 

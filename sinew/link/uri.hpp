@@ -9,10 +9,12 @@
 #include <utility>
 #include <vector>
 
-namespace sinew::link {
+namespace sinew::link
+{
 
 /// The name of a bus as one string: `serial:/dev/ttyUSB0?baud=1500000`, `tcp://192.168.0.7:4001`,
-/// `slcan:/dev/ttyACM0?bitrate=1000000`, `sim:arm.toml#left`.
+/// `slcan:/dev/ttyACM0?bitrate=1000000`, `sim:arm.toml#left`. Nothing in it is escaped: a target cannot hold '?' or
+/// '#'.
 struct Uri {
     std::string scheme;
     std::string target;   ///< device, host:port or file
