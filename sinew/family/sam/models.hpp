@@ -1,0 +1,153 @@
+#pragma once
+#include "sinew/base/time.hpp"
+#include "sinew/base/units.hpp"
+#include "sinew/family/sam/messages.hpp"
+#include "sinew/wire/profile.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+/// SAM: the six products, the firmware line and what a device can be told about itself. Line numbers (L…) are those of
+/// the SAM series User Manual Ver 1.0; S… are resolutions of README.md.
+namespace sinew::sam
+{
+
+// ---- products ----
+
+/// One of the three coordinate systems of a device. They share their centre: `(raw - centre) * deg_per_unit` is the
+/// same shaft angle in each.
+struct PositionScale {
+    Range control;  ///< what may be commanded
+    Range sensor;   ///< what may be read
+    int centre = 0; ///< raw value of the shaft's middle position
+    double deg_per_unit = 0.0;
+    double span_deg = 0.0; ///< printed width of the control range
+
+    constexpr double rad(double raw) const { return units::rad((raw - centre) * deg_per_unit); }
+    constexpr double raw(double position_rad) const { return units::deg(position_rad) / deg_per_unit + centre; }
+};
+
+/// The specification table, L167-175.
+struct Ratings {
+    double max_torque_nm = 0.0; ///< at `rated_voltage_v` and `rated_current_a`
+    double rated_voltage_v = 0.0;
+    double rated_current_a = 0.0;
+    double max_speed_rad_s = 0.0;
+    double voltage_min_v = 0.0, voltage_max_v = 0.0;
+};
+
+struct Model {
+    std::string_view name;
+    std::uint8_t number = 0; ///< in the firmware reply
+    bool encoder = false;    ///< encoder class; has precise positions, the external port and offset control
+    PositionScale quick;     ///< one byte, every model
+    PositionScale standard;  ///< 12 or 15 bit
+    std::optional<PositionScale> precise; ///< 18 or 19 bit, encoder class
+    double current_a_per_ad8 = 0.0;       ///< quick load and overload
+    double current_a_per_ad12 = 0.0;      ///< standard load and overload
+    double voltage_v_per_ad = 0.0;        ///< of the supply; plus `voltage_offset_v`
+    double voltage_offset_v = 0.0;
+    double speed_deg_s_per_unit = 0.0; ///< of `read-current-speed`
+    Duration speed_window{};           ///< the speed is the change of position over this time
+    double accel_deg_s2_per_unit = 0.0;
+    double boundary_deg_per_unit = 0.0; ///< of the standard boundary commands; the quick ones use the quick scale
+    Ratings ratings;
+    std::span<const wire::Override> overrides; ///< the same for the codec by name; positions count from the centre
+    std::string_view source;
+};
+
+/// Boundaries of both kinds are 1 … 254 around this (L462-466, L617-631).
+inline constexpr int boundary_centre = 127;
+/// Input of the external port, encoder class (L484-486).
+inline constexpr double external_v_per_ad = 0.001343;
+/// Every device stops when its inside is this hot (L714).
+inline constexpr double overheat_c = 65.0;
+
+std::span<const Model> models();
+
+/// By name or by what people call it: "SAM-160EO200", "SAM-160E0200" (as L167 spells it), "SAM-160", "sam-160".
+/// nullptr: none.
+const Model* find_model(std::string_view name);
+/// By the model number of `read-firmware-version`. nullptr: none with known constants (SAM-140).
+const Model* find_model(std::uint8_t number);
+
+/// Whether a product has a message at all: some exist on the encoder class only.
+constexpr bool offers(const Model& model, const wire::MessageInfo& message)
+{
+    return model.encoder || message.info.restriction.empty();
+}
+
+// ---- firmware line ----
+
+enum class BoundaryOrder : std::uint8_t { upper_first, lower_first };
+enum class PortBits : std::uint8_t { ch_led, do_low };
+enum class WheelReply : std::uint8_t { rotation_position, id_id };
+
+/// A firmware line and how its device is set, as a host must know it. Each field but `line` is a key of
+/// `[joint.NAME.profile_options]`.
+struct Profile {
+    wire::Profile line;
+    BoundaryOrder quick_boundary_order = BoundaryOrder::upper_first; ///< S32
+    PortBits quick_port_bits = PortBits::ch_led;                     ///< S34
+    WheelReply wheel_reply = WheelReply::rotation_position;          ///< S27
+    int response_level = 0;      ///< what the device is set to: 0 answers reads, 1 everything, 2 nothing (L655)
+    bool ping_is_read = true;    ///< S45: a ping is answered at level 0
+    bool quick_id_strict = true; ///< S30: the quick set-id takes 0 … 30 only
+    bool i_gain_strict = false;  ///< S37: the run-time I gain takes 0 … 10 only
+
+    constexpr wire::Options options() const
+    {
+        wire::Options out;
+        if (quick_boundary_order == BoundaryOrder::lower_first)
+            out.bits |= quick_boundary_lower_first;
+        if (quick_port_bits == PortBits::do_low)
+            out.bits |= quick_port_outputs_low;
+        return out;
+    }
+};
+
+/// "sam-1.0" only.
+std::span<const Profile> profiles();
+
+// ---- what only a device knows ----
+
+enum class BoundaryStorage : std::uint8_t { separate, shared_raw, shared_angle };
+enum class OverloadResume : std::uint8_t { automatic, stay_passive };
+enum class MotionWrap : std::uint8_t { loop, stop };
+enum class BaudSwitch : std::uint8_t { after_reply, at_power_on };
+enum class DriveModeReply : std::uint8_t { new_level, old_level };
+
+/// What the manual leaves open about a device, with the recommended default. Each field is a key of
+/// `[joint.NAME.sim]`.
+struct DeviceOptions {
+    std::uint32_t bit_rate = 1'500'000; ///< not given: that of the bus
+    int response_level = 0;             ///< stored at power-on; not given: as the profile says
+    bool reverse = false;               ///< stored at power-on
+    bool reverse_works = true;          ///< S47: the reverse bit turns the direction round
+    bool ping_ignores_id = false;       ///< S51
+    bool brake_broadcast_reply = false; ///< S25: answers the brake command of all devices
+    bool offset_control_works = true;   ///< S50: 1 makes the present position the centre, 0 takes it back
+    BoundaryStorage boundary_storage = BoundaryStorage::separate; ///< S61
+    OverloadResume overload_resume = OverloadResume::automatic;   ///< S44; in the file "auto"
+    MotionWrap motion_wrap = MotionWrap::loop;                    ///< S65
+    BaudSwitch baud_switch = BaudSwitch::after_reply;             ///< S70
+    DriveModeReply drive_mode_reply = DriveModeReply::new_level;  ///< S45
+    double fixed_overload_a = 1.8; ///< S69: above it for more than 1 s the device goes passive for 5 s; 0 never
+    int flash_writes_max = 0;      ///< stores nothing after so many writes; 0: never wears out (L310 says 10 000)
+    double supply_v = 0.0;         ///< 0: the rated voltage of the model
+    double temperature_c = 25.0;   ///< at power-on
+};
+
+// ---- one device ----
+
+struct Spec {
+    const Model* model = nullptr;
+    Profile profile;
+    int id = 0;
+    DeviceOptions device;
+};
+
+} // namespace sinew::sam
