@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/wire/frame.hpp"
 #include "sinew/wire/profile.hpp"
+#include "sinew/wire/request.hpp"
 #include "sinew/wire/row.hpp"
 
 #include <cstdint>
@@ -38,6 +39,13 @@ public:
 
     /// Whether `reply` can be the answer to the request `asked` of message `message`: address and message fit.
     virtual bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const = 0;
+
+    /// A read that every device of the family answers, and whose answer names the device: for scans, and to find out
+    /// whether a line can be trusted again. `bad_id` when the family has no such id.
+    virtual std::expected<Request, Error> probe(int id) const = 0;
+
+    /// Replies carry nothing to tell them by, so a late one can be taken for the answer to another request.
+    virtual bool bare_replies() const { return false; }
 };
 
 } // namespace sinew::wire

@@ -57,6 +57,11 @@ bool Framing::answers(const Frame& asked, const MessageInfo& message, const Fram
     return reply.data[2] == asked.data[2] && selects(message.reply, reply);
 }
 
+std::expected<Request, Error> Framing::probe(int id) const
+{
+    return make_request(id, RequestPing{});
+}
+
 const Protocol& protocol()
 {
     static const Framing the_protocol{manual_messages};

@@ -23,6 +23,7 @@ public:
                                       const wire::Profile& profile) const override;
     bool answers(const wire::Frame& asked, const wire::MessageInfo& message, const wire::Frame& reply,
                  wire::Options options) const override;
+    std::expected<wire::Request, Error> probe(int id) const override;
 
 private:
     std::array<std::uint8_t, 256> sizes_{}; ///< whole frame by mode; 0: the mode is not known

@@ -42,6 +42,8 @@ public:
                (!names_parameter || reply.data[parameter_byte] == asked.data[parameter_byte]);
     }
 
+    std::expected<Request, Error> probe(int id) const override { return make_request(id, ReadStatus1{}); }
+
 private:
     static bool carries(const Side& side, const Frame& frame, Direction direction, Options options)
     {

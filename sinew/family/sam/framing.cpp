@@ -142,6 +142,9 @@ public:
         get(*meant, asked.data.data(), to);
         return from == to || (message.info.broadcast && to == meant->range.high);
     }
+
+    std::expected<Request, Error> probe(int id) const override { return make_request(id, Ping{}); }
+    bool bare_replies() const override { return true; }
 };
 
 } // namespace

@@ -1,0 +1,156 @@
+#pragma once
+#include "sinew/bus/conversation.hpp"
+#include "sinew/link/clock.hpp"
+#include "sinew/link/link.hpp"
+#include "sinew/wire/codec.hpp"
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+/// One link, one family: the conversation on it. A user's calls end here.
+namespace sinew::bus
+{
+
+/// A frame that passed, as the tap shows it.
+struct Tapped {
+    TimePoint at{};
+    wire::Direction direction{};
+    std::span<const std::uint8_t> bytes; ///< as they travelled; several replies or parts of one on serial lines
+    std::uint32_t can_id = 0;
+};
+
+/// What the bus must know of a device: its firmware line, and how fast it answers.
+struct Device {
+    const wire::Profile* line = nullptr; ///< messages that it does not list are refused; nullptr: no such check
+    wire::Options options{};
+    Duration response_time{};
+};
+
+/// Owns its link and talks over it from the caller's thread. One thread at a time, except `request_stop`. In the steady
+/// state an exchange uses no heap and no system call but the reads, writes and waits themselves.
+class Bus
+{
+public:
+    /// The clock and the protocol must outlive the bus.
+    Bus(std::string name, link::AnyLink link, link::Clock& clock, const wire::Protocol& protocol,
+        Settings settings = {});
+    ~Bus();
+    Bus(const Bus&) = delete;
+    Bus& operator=(const Bus&) = delete;
+
+    /// Tells the bus about a device; ids that were never told are taken as the family's default line.
+    void set_device(int id, Device device);
+    const Device& device(int id) const { return devices_[id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256]; }
+
+    /// Carries out all requests and fills one result each. The spans have one size. Fails as a whole only when the link
+    /// is lost; then every result that was not done carries the same error.
+    std::expected<void, Error> exchange(std::span<const wire::Request> requests, std::span<Result> results);
+
+    /// One request and its answer.
+    template <class M>
+    std::expected<wire::ReplyOf<M>, Error> call(int id, const M& message);
+
+    /// One request for which no answer is due: Nuri settings and motion, SAM commands at response level 0, broadcasts.
+    template <class M>
+    std::expected<void, Error> send(int id, const M& message);
+
+    /// A request for this bus, with what it knows of the device. `not_in_profile` where the device's line does not list
+    /// the message.
+    template <class M>
+    std::expected<wire::Request, Error> request(int id, const M& message) const;
+
+    /// Another bit rate for this host's end of the line; the devices keep theirs.
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate);
+
+    /// Ends what runs at the next frame boundary with `stopped`, and every later exchange at once, until `clear_stop`.
+    /// May be called from any thread and from a signal handler.
+    void request_stop() noexcept;
+    void clear_stop() noexcept;
+
+    void set_tap(std::function<void(const Tapped&)> tap) { tap_ = std::move(tap); }
+    const std::string& name() const { return name_; }
+    const wire::Protocol& protocol() const { return protocol_; }
+    link::Clock& clock() const { return clock_; }
+    link::LinkState link_state() const;
+    const Conversation& conversation() const { return conversation_; }
+
+    // ---- for `drive` ----
+
+    /// Begins an exchange without waiting for it.
+    void start(std::span<const wire::Request> requests, std::span<Result> results);
+    /// Reads, writes and moves on as far as it goes without waiting. True when the exchange has ended.
+    bool work();
+    TimePoint deadline() const { return deadline_; }
+    /// What a wait has to look at: the link, and the stop.
+    std::span<const link::Handle> handles();
+
+private:
+    void read_link();
+    bool write_pending();
+    void lose(Error error);
+    std::expected<wire::Frame, Error> one(const wire::Request& request);
+
+    std::string name_;
+    link::AnyLink link_;
+    link::Clock& clock_;
+    const wire::Protocol& protocol_;
+    Conversation conversation_;
+    std::array<Device, 257> devices_{};
+    std::function<void(const Tapped&)> tap_;
+
+    const wire::Frame* pending_ = nullptr; // a frame of which a part is still to be written
+    std::size_t written_ = 0;
+    TimePoint deadline_{};
+    std::array<link::Handle, 2> handles_{};
+    std::atomic<bool> stop_{false};
+    int stop_event_ = -1;
+    bool lost_ = false;
+    Error lost_error_{};
+};
+
+/// Works on all buses at once, in this thread, until every exchange has ended or `until` has come. All buses share one
+/// clock. Returns false when time ran out first.
+bool drive(std::span<Bus* const> buses, TimePoint until = TimePoint::max());
+
+template <class M>
+std::expected<wire::Request, Error> Bus::request(int id, const M& message) const
+{
+    const Device& to = device(id);
+    if (to.line != nullptr && !to.line->has(wire::info_of<M>))
+        return std::unexpected(Error{.code = Errc::not_in_profile, .message = wire::info_of<M>.name(), .id = id});
+    return wire::make_request(id, message, to.options, to.response_time);
+}
+
+template <class M>
+std::expected<wire::ReplyOf<M>, Error> Bus::call(int id, const M& message)
+{
+    const auto asked = request(id, message);
+    if (!asked)
+        return std::unexpected(asked.error());
+    const auto frame = one(*asked);
+    if (!frame)
+        return std::unexpected(frame.error());
+    auto reply = wire::decode_reply<M>(*frame, asked->options);
+    if (!reply)
+        return std::unexpected(std::move(reply.error()));
+    return reply->message;
+}
+
+template <class M>
+std::expected<void, Error> Bus::send(int id, const M& message)
+{
+    auto asked = request(id, message);
+    if (!asked)
+        return std::unexpected(asked.error());
+    asked->answered = false;
+    const auto frame = one(*asked);
+    if (!frame)
+        return std::unexpected(frame.error());
+    return {};
+}
+
+} // namespace sinew::bus

@@ -1,0 +1,31 @@
+#pragma once
+#include "sinew/base/time.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace sinew::bus
+{
+
+/// The weather of one device, or of a whole bus. Counts only grow.
+struct Counters {
+    std::uint64_t requests = 0; ///< frames sent, retries included
+    std::uint64_t replies = 0;
+    std::uint64_t timeouts = 0;
+    std::uint64_t retries = 0;
+    std::uint64_t late = 0;   ///< answers that came when nobody waited for them any more
+    std::uint64_t strays = 0; ///< bytes or frames that belong to nothing that was asked
+    std::uint64_t quarantines = 0;
+    /// Round trips by their length: bucket n counts those from 2^n up to 2^(n+1) microseconds.
+    std::array<std::uint32_t, 20> round_trips{};
+
+    void add_round_trip(Duration took)
+    {
+        const auto us = static_cast<std::uint64_t>(took.count() > 0 ? took.count() / 1000 : 0);
+        const auto bucket = us < 2 ? 0U : static_cast<unsigned>(std::bit_width(us)) - 1U;
+        ++round_trips[bucket < round_trips.size() ? bucket : round_trips.size() - 1];
+    }
+};
+
+} // namespace sinew::bus
