@@ -82,7 +82,7 @@ constexpr bool offers(const Model& model, const wire::MessageInfo& message)
 
 // ---- firmware line ----
 
-enum class BoundaryOrder : std::uint8_t { upper_first, lower_first };
+enum class BoundaryOrder : std::uint8_t { upper_then_lower, lower_then_upper };
 enum class PortBits : std::uint8_t { ch_led, do_low };
 enum class WheelReply : std::uint8_t { rotation_position, id_id };
 
@@ -90,9 +90,9 @@ enum class WheelReply : std::uint8_t { rotation_position, id_id };
 /// `[joint.NAME.profile_options]`.
 struct Profile {
     wire::Profile line;
-    BoundaryOrder quick_boundary_order = BoundaryOrder::upper_first; ///< S32
-    PortBits quick_port_bits = PortBits::ch_led;                     ///< S34
-    WheelReply wheel_reply = WheelReply::rotation_position;          ///< S27
+    BoundaryOrder quick_boundary_order = BoundaryOrder::upper_then_lower; ///< S32
+    PortBits quick_port_bits = PortBits::ch_led;                          ///< S34
+    WheelReply wheel_reply = WheelReply::rotation_position;               ///< S27
     int response_level = 0;      ///< what the device is set to: 0 answers reads, 1 everything, 2 nothing (L655)
     bool ping_is_read = true;    ///< S45: a ping is answered at level 0
     bool quick_id_strict = true; ///< S30: the quick set-id takes 0 … 30 only
@@ -101,7 +101,7 @@ struct Profile {
     constexpr wire::Options options() const
     {
         wire::Options out;
-        if (quick_boundary_order == BoundaryOrder::lower_first)
+        if (quick_boundary_order == BoundaryOrder::lower_then_upper)
             out.bits |= quick_boundary_lower_first;
         if (quick_port_bits == PortBits::do_low)
             out.bits |= quick_port_outputs_low;
