@@ -305,4 +305,15 @@ consteval std::array<const MessageInfo*, sizeof...(Messages)> catalogue()
     return all;
 }
 
+/// A list of message types, for what must visit each of them.
+template <class... Messages>
+struct MessageList {
+};
+
+template <class... Messages>
+consteval auto catalogue(MessageList<Messages...>)
+{
+    return catalogue<Messages...>();
+}
+
 } // namespace sinew::wire

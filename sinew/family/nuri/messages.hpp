@@ -694,13 +694,14 @@ consteval auto row_of(const SetControlDirection*)
 }
 
 /// Every message of the manual.
-inline constexpr auto manual_messages = catalogue<
+using ManualMessages = MessageList<
     PositionSpeedControl, AccelPositionControl, AccelSpeedControl, SetPositionController, SetSpeedController, SetId,
     SetBaudRate, SetResponseTime, SetExternalGearRatio, SetControlOnOff, SetPositionControlMode, ResetPosition,
     FactoryReset, RequestPing, RequestPositionFeedback, RequestSpeedFeedback, RequestPositionControllerFeedback,
     RequestSpeedControllerFeedback, RequestResponseTimeFeedback, RequestGearRatioFeedback, RequestControlOnOffFeedback,
     RequestPositionModeFeedback, RequestFirmwareVersionFeedback, ReplyPing, ReplyPositionFeedback, ReplySpeedFeedback,
     ReplyPositionControllerFeedback, ReplySpeedControllerFeedback, ReplyResponseTimeFeedback, ReplyGearRatioFeedback,
-    ReplyControlOnOffFeedback, ReplyPositionModeFeedback, ReplyFirmwareVersionFeedback, SetControlDirection>();
+    ReplyControlOnOffFeedback, ReplyPositionModeFeedback, ReplyFirmwareVersionFeedback, SetControlDirection>;
+inline constexpr auto manual_messages = catalogue(ManualMessages{});
 
 } // namespace sinew::nuri

@@ -755,11 +755,12 @@ consteval auto row_of(const MultiMotorTorque*)
 }
 
 /// Every message of the manual.
-inline constexpr auto manual_messages =
-    catalogue<ReadParameter, WriteParameterRam, WriteParameterRom, ReadAcceleration, WriteAccelerationRam, ReadEncoder,
-              WriteEncoderOffset, WriteCurrentPositionZeroRom, ReadMultiTurnAngle, ReadSingleTurnAngle,
-              SetCurrentPositionZero, ReadStatus1, ClearError, ReadStatus2, ReadStatus3, MotorOff, MotorStop,
-              MotorRunning, TorqueOpenLoop, TorqueClosedLoop, SpeedClosedLoop, MultiLoopAngle, MultiLoopAngleSpeed,
-              SingleLoopAngle, SingleLoopAngleSpeed, IncrementAngle, IncrementAngleSpeed, MultiMotorTorque>();
+using ManualMessages =
+    MessageList<ReadParameter, WriteParameterRam, WriteParameterRom, ReadAcceleration, WriteAccelerationRam,
+                ReadEncoder, WriteEncoderOffset, WriteCurrentPositionZeroRom, ReadMultiTurnAngle, ReadSingleTurnAngle,
+                SetCurrentPositionZero, ReadStatus1, ClearError, ReadStatus2, ReadStatus3, MotorOff, MotorStop,
+                MotorRunning, TorqueOpenLoop, TorqueClosedLoop, SpeedClosedLoop, MultiLoopAngle, MultiLoopAngleSpeed,
+                SingleLoopAngle, SingleLoopAngleSpeed, IncrementAngle, IncrementAngleSpeed, MultiMotorTorque>;
+inline constexpr auto manual_messages = catalogue(ManualMessages{});
 
 } // namespace sinew::rmd

@@ -83,11 +83,13 @@ inline constexpr Layout standard{
 inline constexpr Layout bare{.name = "bare reply"};
 
 template <class M>
-consteval auto quick_boundary(std::uint8_t M::* member, std::string_view name, int byte, Range range, When when)
+consteval auto quick_boundary(std::uint8_t M::* member, std::string_view name, int byte, Range range, When when,
+                              Range recommended = {})
 {
     return u8(member, {.name = name,
                        .byte = static_cast<std::uint8_t>(byte),
                        .range = range,
+                       .recommended = recommended,
                        .unit = "deg",
                        .scale = 1.08,
                        .when = when});
@@ -375,10 +377,11 @@ consteval auto row_of(const QuickSetBoundary*)
          .errata = "S03 S32 S33 S61",
          .says = "Store the range that positions are limited to, in quick coordinates."},
         side<QuickSetBoundary>(
-            quick_set, 6, quick_boundary(&QuickSetBoundary::upper_boundary, "upper_boundary", 3, {1, 254}, upper_first),
-            quick_boundary(&QuickSetBoundary::lower_boundary, "lower_boundary", 4, {0, 253}, upper_first),
-            quick_boundary(&QuickSetBoundary::upper_boundary, "upper_boundary", 4, {1, 254}, lower_first),
-            quick_boundary(&QuickSetBoundary::lower_boundary, "lower_boundary", 3, {0, 253}, lower_first)),
+            quick_set, 6,
+            quick_boundary(&QuickSetBoundary::upper_boundary, "upper_boundary", 3, {1, 254}, upper_first, {2, 254}),
+            quick_boundary(&QuickSetBoundary::lower_boundary, "lower_boundary", 4, {0, 253}, upper_first, {1, 253}),
+            quick_boundary(&QuickSetBoundary::upper_boundary, "upper_boundary", 4, {1, 254}, lower_first, {2, 254}),
+            quick_boundary(&QuickSetBoundary::lower_boundary, "lower_boundary", 3, {0, 253}, lower_first, {1, 253})),
         quick_boundary_reply());
 }
 
@@ -1380,16 +1383,17 @@ consteval auto row_of(const ReadPrecisePosition*)
 }
 
 /// Every message of the manual.
-inline constexpr auto manual_messages =
-    catalogue<QuickPositionControl, QuickReadStatus, QuickPassiveMode, QuickWheelMode, QuickBrakeMode, QuickSetBaudRate,
-              QuickSetRuntimePdGain, QuickSetId, QuickSetOverload, QuickReadOverload, QuickSetBoundary,
-              QuickReadBoundary, QuickWriteExternalPort, QuickReadExternalAd, QuickWriteMotionData, QuickReadMotionData,
-              SetId, SetBaudRate, SetCtrlSpeed, ReadCtrlSpeed, SetCtrlTorque, ReadCtrlTorque, SetCtrlAccel,
-              ReadCtrlAccel, SetCtrlDecel, ReadCtrlDecel, ReadCurrentSpeed, ReadCurrentAccel, ReadCurrentLoad,
-              ReadCurrentPosition, SetPdGain, ReadPdGain, SetRuntimePdGain, SetOverload, ReadOverload, SetBoundary,
-              ReadBoundary, SetIGain, ReadIGain, SetRuntimeIGain, SetDriveMode, ReadDriveMode, SetAvgTorque,
-              ReadAvgTorque, ReadInputVoltage, WriteExternalPort, ReadExternalAd, WriteMotionData, ReadMotionData, Ping,
-              ReadFirmwareVersion, OffsetControl, ReadTemperatureError, SpecialControl, PositionControl,
-              PrecisePositionControl, ReadPrecisePosition>();
+using ManualMessages =
+    MessageList<QuickPositionControl, QuickReadStatus, QuickPassiveMode, QuickWheelMode, QuickBrakeMode,
+                QuickSetBaudRate, QuickSetRuntimePdGain, QuickSetId, QuickSetOverload, QuickReadOverload,
+                QuickSetBoundary, QuickReadBoundary, QuickWriteExternalPort, QuickReadExternalAd, QuickWriteMotionData,
+                QuickReadMotionData, SetId, SetBaudRate, SetCtrlSpeed, ReadCtrlSpeed, SetCtrlTorque, ReadCtrlTorque,
+                SetCtrlAccel, ReadCtrlAccel, SetCtrlDecel, ReadCtrlDecel, ReadCurrentSpeed, ReadCurrentAccel,
+                ReadCurrentLoad, ReadCurrentPosition, SetPdGain, ReadPdGain, SetRuntimePdGain, SetOverload,
+                ReadOverload, SetBoundary, ReadBoundary, SetIGain, ReadIGain, SetRuntimeIGain, SetDriveMode,
+                ReadDriveMode, SetAvgTorque, ReadAvgTorque, ReadInputVoltage, WriteExternalPort, ReadExternalAd,
+                WriteMotionData, ReadMotionData, Ping, ReadFirmwareVersion, OffsetControl, ReadTemperatureError,
+                SpecialControl, PositionControl, PrecisePositionControl, ReadPrecisePosition>;
+inline constexpr auto manual_messages = catalogue(ManualMessages{});
 
 } // namespace sinew::sam
