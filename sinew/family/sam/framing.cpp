@@ -92,6 +92,18 @@ Candidate judge(std::span<const std::uint8_t> bytes)
     return {Verdict::frame, size};
 }
 
+/// Quick control has no opcode: torque level and direction of rotation have the bits to themselves that tell the modes.
+bool bits_fit(const Side& side, const Frame& frame)
+{
+    for (const auto& f : side.fields) {
+        std::int64_t value = 0;
+        if (f.kind == Kind::value && f.coding == Coding::bits && get(f, frame.data.data(), value) &&
+            f.msb - f.lsb < 7 && !allowed(f).contains(value))
+            return false;
+    }
+    return true;
+}
+
 class SamProtocol final : public Protocol
 {
 public:
@@ -118,12 +130,9 @@ public:
     {
         if (direction == Direction::reply || frame.size < 4)
             return nullptr;
-        for (const auto* message : profile.messages) {
-            // Quick position control has no selecting bits of its own: what the other modes leave is its torque level.
-            const bool all_values = message == &info_of<QuickPositionControl>;
-            if (selects(message->request, frame) && (!all_values || frame.data[1] >> 5 <= 4))
+        for (const auto* message : profile.messages)
+            if (selects(message->request, frame) && (message->info.opcode >= 0 || bits_fit(message->request, frame)))
                 return message;
-        }
         return nullptr;
     }
 
