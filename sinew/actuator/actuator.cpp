@@ -1,7 +1,6 @@
 #include "sinew/actuator/actuator.hpp"
 
-namespace sinew::actuator
-{
+namespace sinew::actuator {
 
 std::string_view to_word(Mode mode)
 {

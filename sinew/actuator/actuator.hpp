@@ -7,8 +7,7 @@
 
 /// An actuator in SI units at its output shaft, whatever the family. Positive is the vendor's own positive sense; a
 /// joint adds direction, zero and ratio.
-namespace sinew::actuator
-{
+namespace sinew::actuator {
 
 /// What can be wrong with a device, as far as its protocol tells.
 enum class Fault : std::uint8_t {

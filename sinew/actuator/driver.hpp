@@ -5,8 +5,7 @@
 
 #include <expected>
 
-namespace sinew::actuator
-{
+namespace sinew::actuator {
 
 /// How much of a state is wanted.
 enum class Depth : std::uint8_t {
