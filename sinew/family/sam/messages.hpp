@@ -358,13 +358,13 @@ struct Boundary {
     std::uint8_t lower_boundary{};
 };
 /// The answer to both quick boundary commands; a careful host sorts the two (S32).
-consteval auto quick_boundary_reply()
+consteval auto quick_boundary_reply(Range recommended = {})
 {
-    return side<Boundary>(bare, 2,
-                          quick_boundary(&Boundary::upper_boundary, "upper_boundary", 0, {0, 254}, upper_first),
-                          quick_boundary(&Boundary::lower_boundary, "lower_boundary", 1, {0, 254}, upper_first),
-                          quick_boundary(&Boundary::upper_boundary, "upper_boundary", 1, {0, 254}, lower_first),
-                          quick_boundary(&Boundary::lower_boundary, "lower_boundary", 0, {0, 254}, lower_first));
+    return side<Boundary>(
+        bare, 2, quick_boundary(&Boundary::upper_boundary, "upper_boundary", 0, {0, 254}, upper_first, recommended),
+        quick_boundary(&Boundary::lower_boundary, "lower_boundary", 1, {0, 254}, upper_first, recommended),
+        quick_boundary(&Boundary::upper_boundary, "upper_boundary", 1, {0, 254}, lower_first, recommended),
+        quick_boundary(&Boundary::lower_boundary, "lower_boundary", 0, {0, 254}, lower_first, recommended));
 }
 consteval auto row_of(const QuickSetBoundary*)
 {
@@ -396,7 +396,7 @@ consteval auto row_of(const QuickReadBoundary*)
          .errata = "S32 S33 S61",
          .says = "Read the boundaries in quick coordinates."},
         side<QuickReadBoundary>(quick_set, 6, reserved("dont_care_1", 3), reserved("dont_care_2", 4)),
-        quick_boundary_reply());
+        quick_boundary_reply({1, 254}));
 }
 
 struct QuickWriteExternalPort {
