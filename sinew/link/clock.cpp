@@ -5,8 +5,7 @@
 #include <poll.h>
 #include <time.h>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 TimePoint RealClock::now() const
 {

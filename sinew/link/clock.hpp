@@ -4,8 +4,7 @@
 #include <cstddef>
 #include <span>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// What a wait looks at: a descriptor of the operating system, or -1 for a link that has none (virtual links wake
 /// their clock themselves).

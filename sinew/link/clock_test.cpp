@@ -6,10 +6,8 @@
 #include <unistd.h>
 #include <vector>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 using std::chrono::milliseconds;
 

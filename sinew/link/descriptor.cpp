@@ -7,8 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace sinew::link
-{
+namespace sinew::link {
 void Fd::close()
 {
     if (fd_ >= 0)

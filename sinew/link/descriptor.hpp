@@ -5,8 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// Owns one descriptor of the operating system.
 class Fd

@@ -1,13 +1,16 @@
 #pragma once
 #include "sinew/link/link.hpp"
+#include "sinew/link/uri.hpp"
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <utility>
 
-namespace sinew::link
-{
+namespace sinew::link {
+
+/// Option `echo=on|off` of a link, off where it is not given.
+std::expected<bool, Error> echo_option(const Uri& uri);
 
 /// A byte link over an adapter that hears itself (RS-485 with the receiver always on): what comes back of the own bytes
 /// is swallowed. Bytes that match what was written are held back until the whole of it is heard; at the first byte that

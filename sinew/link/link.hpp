@@ -10,8 +10,7 @@
 #include <variant>
 
 /// Links move bytes or CAN frames between this program and a wire; they know no protocol.
-namespace sinew::link
-{
+namespace sinew::link {
 
 struct LinkState {
     bool open = false;          ///< false: hung up; the descriptor is closed and the link stays lost

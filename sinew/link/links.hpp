@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// One way to reach a wire: how it is written, and how it is opened.
 struct Scheme {

@@ -17,10 +17,8 @@
 #include <sys/timerfd.h>
 #include <unistd.h>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 std::unexpected<Error> refuse(std::string_view what)
 {

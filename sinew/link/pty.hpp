@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// The device end of a pseudo terminal: a simulated device reads and writes here, and any program opens `device()` as
 /// its serial port. Programs come and go without a hang-up; what one writes stays to be read after it left.

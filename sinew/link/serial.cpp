@@ -14,10 +14,8 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 std::unexpected<Error> refuse_access(const std::string& device)
 {
@@ -177,12 +175,11 @@ std::expected<std::unique_ptr<ByteLink>, Error> open_serial(const Uri& uri, Cloc
         return fail(Errc::bad_uri,
                     fmt::format("'{0}' does not say its bit rate: add ?baud=RATE, such as {1}:{2}?baud=115200",
                                 to_string(uri), uri.scheme, uri.target));
-    const auto echo = uri.option("echo").value_or("off");
-    if (echo != "on" && echo != "off")
-        return fail(Errc::bad_uri, fmt::format("option echo must be on or off, not '{}'", echo));
+    const auto echo = echo_option(uri);
+    if (!echo)
+        return std::unexpected(echo.error());
     return open_serial(
-        {.device = uri.target, .bit_rate = baud->value_or(0), .rs485 = uri.scheme == "rs485", .echo = echo == "on"},
-        clock);
+        {.device = uri.target, .bit_rate = baud->value_or(0), .rs485 = uri.scheme == "rs485", .echo = *echo}, clock);
 }
 
 } // namespace sinew::link

@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// A serial port as it is opened: always raw 8N1 without flow control, the modem lines left alone.
 struct SerialPort {

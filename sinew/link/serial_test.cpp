@@ -14,10 +14,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 class SerialLink : public ::testing::Test
 {

@@ -4,10 +4,8 @@
 #include <cerrno>
 #include <sys/ioctl.h>
 
-namespace sinew::link::tty
-{
-namespace
-{
+namespace sinew::link::tty {
+namespace {
 
 void put_rate(termios2& settings, std::uint32_t bit_rate)
 {

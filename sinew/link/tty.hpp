@@ -4,8 +4,7 @@
 
 /// Terminal settings through termios2, which knows any bit rate. Kept apart because <asm/termbits.h> and <termios.h>
 /// cannot stand in one file. Errors are values of errno.
-namespace sinew::link::tty
-{
+namespace sinew::link::tty {
 
 /// Raw 8N1: no echo, no translation, no flow control, modem lines left alone at the close. `bit_rate` 0 leaves the
 /// rate. Returns the rate that was really set.

@@ -4,10 +4,8 @@
 #include <charconv>
 #include <fmt/format.h>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 constexpr std::string_view form =
     "a link is written SCHEME:TARGET?OPTION=VALUE, such as serial:/dev/ttyUSB0?baud=1500000";

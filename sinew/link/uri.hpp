@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace sinew::link
-{
+namespace sinew::link {
 
 /// The name of a bus as one string: `serial:/dev/ttyUSB0?baud=1500000`, `tcp://192.168.0.7:4001`,
 /// `slcan:/dev/ttyACM0?bitrate=1000000`, `sim:arm.toml#left`. Nothing in it is escaped: a target cannot hold '?' or

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::link
-{
-namespace
-{
+namespace sinew::link {
+namespace {
 
 std::string refusal(std::string_view text)
 {

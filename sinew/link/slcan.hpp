@@ -1,0 +1,72 @@
+#pragma once
+#include "sinew/link/clock.hpp"
+#include "sinew/link/link.hpp"
+#include "sinew/link/slcan_codec.hpp"
+#include "sinew/link/uri.hpp"
+
+namespace sinew::link {
+
+/// A CAN bus behind a serial adapter that speaks SLCAN (LAWICEL CANUSB, CANable and the like).
+///
+/// What an adapter refuses (BEL) cannot be told apart by frame, for nothing in the protocol numbers them: the next
+/// `write()` says `link_failed`, once, and queues nothing. Frames with extended identifiers and remote requests of
+/// others are counted and dropped. The link is closed on the adapter too when this object goes.
+class SlcanLink final : public CanLink
+{
+public:
+    /// What the adapter did to us since the start.
+    struct Counters {
+        std::uint64_t refused = 0;   ///< BELs
+        std::uint64_t malformed = 0; ///< lines that were no line of the protocol
+        std::uint64_t foreign = 0;   ///< extended or remote frames
+    };
+
+    /// Closes whatever a program before left open, sets the CAN bit rate and opens. Takes up to 0.4 s: some adapters
+    /// never acknowledge anything, and silence is taken for yes. `unsupported` for a rate that SLCAN has no code for,
+    /// `link_failed` when the adapter refuses. The clock must be the one of `adapter`.
+    static std::expected<std::unique_ptr<CanLink>, Error> open(std::unique_ptr<ByteLink> adapter,
+                                                               std::uint32_t bit_rate, Clock& clock);
+    ~SlcanLink() override;
+
+    /// Takes frames while their text fits into 1 KiB that waits for the adapter. `out_of_range` for an identifier above
+    /// 0x7FF, `bad_length` for more than 8 bytes; then nothing is queued.
+    std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) override;
+    /// `at` is the arrival of the bytes that completed the last frame.
+    std::expected<Arrival, Error> read(std::span<wire::Frame> into) override;
+    int handle() const override { return adapter_->handle(); }
+    /// Whether text still waits for the adapter to take it; both `write` and `read` go on with it.
+    bool wants_write() const { return unsent_size_ != 0; }
+    /// `bit_rate` is that of the CAN bus.
+    LinkState state() const override { return {.open = adapter_->state().open, .bit_rate = bit_rate_}; }
+    /// Closes the bus for a moment. Does not wait for the adapter: a refusal shows in the next `write`.
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override;
+
+    const Counters& counters() const { return counters_; }
+
+private:
+    SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate)
+        : adapter_(std::move(adapter)), bit_rate_(bit_rate)
+    {
+    }
+    std::expected<void, Error> send();
+    std::size_t room() const { return unsent_.size() - unsent_size_; }
+    void queue(std::span<const std::uint8_t> text);
+    std::optional<wire::Frame> take(std::uint8_t byte);
+
+    std::unique_ptr<ByteLink> adapter_;
+    std::uint32_t bit_rate_;
+    Counters counters_;
+    std::uint64_t reported_ = 0; ///< of the refusals
+    slcan::Reader reader_;
+    std::array<std::uint8_t, 1024> unsent_{};
+    std::size_t unsent_size_ = 0;
+    std::array<std::uint8_t, 256> heard_{};
+    std::span<const std::uint8_t> unread_; ///< the part of `heard_` that is still to be looked at
+    TimePoint heard_at_{};
+};
+
+/// `slcan:DEVICE?bitrate=RATE&baud=RATE`: the CAN bit rate (1000000 where none is given) and that of the serial port
+/// (115200; adapters that are USB devices themselves take any).
+std::expected<std::unique_ptr<CanLink>, Error> open_slcan(const Uri& uri, Clock& clock);
+
+} // namespace sinew::link
