@@ -1,0 +1,132 @@
+#include "sinew/sim/wire/can_wire.hpp"
+
+#include "sinew/sim/wire/wire_test_support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sinew::sim::test {
+namespace {
+
+TEST(CanFrameBits, CountsTheStuffBitsOfAFrameOfZerosByHand)
+{
+    // 34 zeros up to the CRC, and its CRC is zero: a stuff bit after each five of them, six in all.
+    EXPECT_EQ(can_frame_bits(frame({}, 0x000)), 44 + 6);
+}
+
+TEST(CanFrameBits, AgreesWithAnIndependentCount)
+{
+    // Counted over the text of the bits, with the CRC by long division.
+    EXPECT_EQ(can_frame_bits(frame({0x01}, 0x014)), 55);
+    EXPECT_EQ(can_frame_bits(frame({0x3C, 0x3C}, 0x078)), 63);
+    EXPECT_EQ(can_frame_bits(frame({0x9C, 0, 0, 0, 0, 0, 0, 0}, 0x141)), 121);
+    EXPECT_EQ(can_frame_bits(frame({0xA2, 0, 0, 0, 0x10, 0x27, 0, 0}, 0x141)), 118);
+    EXPECT_EQ(can_frame_bits(frame({0x64, 0, 0x64, 0, 0x64, 0, 0x64, 0}, 0x280)), 118);
+    EXPECT_EQ(can_frame_bits(frame({0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}, 0x7FF)), 123);
+    EXPECT_EQ(can_frame_bits(frame({0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55}, 0x555)), 109);
+}
+
+TEST(CanFrameBits, StaysWithinWhatStuffingCanAdd)
+{
+    // 98 stuffed bits take (98 - 1) / 4 = 24 more at most.
+    for (std::uint32_t id = 0; id < 0x800; ++id) {
+        const int bits = can_frame_bits(frame({0x0F, 0x87, 0xC3, 0xE1, 0xF0, 0x78, 0x3C, 0x1E}, id));
+        EXPECT_GE(bits, 108);
+        EXPECT_LE(bits, 132);
+    }
+}
+
+/// A bus at 1 Mbps, where a bit is a microsecond.
+struct CanWireTest : testing::Test {
+    CanWireTest()
+    {
+        wire.attach(first);
+        wire.attach(second);
+        wire.connect(&host);
+    }
+
+    static constexpr std::uint32_t rate = 1'000'000;
+    FakeStation first{rate}, second{rate};
+    FakeCanHost host{rate};
+    CanWire wire;
+    const wire::Frame asked = frame({0x9C, 0, 0, 0, 0, 0, 0, 0}, 0x141);                     // 121 bits
+    const wire::Frame answered = frame({0xA2, 0, 0, 0, 0x10, 0x27, 0, 0}, 0x141);            // 118 bits
+    const wire::Frame high = frame({0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}, 0x7FF); // 123 bits
+};
+
+TEST_F(CanWireTest, FramesTakeTheTimeOfTheirBits)
+{
+    first.answer = Answer{answered, 50us};
+    ASSERT_TRUE(wire.host_sends(asked, rate, zero + 7us));
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(first.heard.size(), 1U);
+    EXPECT_EQ(first.heard[0].second, zero + 128us);
+    EXPECT_EQ(first.advanced_to, zero + 128us);
+    ASSERT_EQ(host.heard.size(), 1U);
+    EXPECT_EQ(host.heard[0].first, answered);
+    EXPECT_EQ(host.heard[0].second, zero + 128us + 50us + 118us);
+    EXPECT_EQ(wire.next_event(), TimePoint::max());
+}
+
+TEST_F(CanWireTest, NextFrameStartsAfterThreeBits)
+{
+    wire.host_sends(asked, rate, zero);
+    wire.host_sends(high, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(first.heard.size(), 2U);
+    EXPECT_EQ(first.heard[1].second, zero + 121us + 3us + 123us);
+}
+
+TEST_F(CanWireTest, LowestIdentifierGoesFirstWhenTheBusFallsIdle)
+{
+    first.answer = Answer{high, 0ns};
+    second.answer = Answer{answered, 0ns};
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(host.heard.size(), 2U);
+    EXPECT_EQ(host.heard[0].first, answered);
+    EXPECT_EQ(host.heard[0].second, zero + 124us + 118us);
+    EXPECT_EQ(host.heard[1].first, high);
+}
+
+TEST_F(CanWireTest, FrameThatIsReadyDuringAnotherWaitsForItsEnd)
+{
+    wire.host_sends(high, rate, zero);
+    wire.run_until(zero + 10us);
+    wire.host_sends(asked, rate, zero + 10us);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(first.heard.size(), 2U);
+    EXPECT_EQ(first.heard[0].first, high);
+    EXPECT_EQ(first.heard[1].second, zero + 126us + 121us);
+}
+
+TEST_F(CanWireTest, DeviceAtAnotherRateHearsNothing)
+{
+    first.answer = Answer{answered, 0ns};
+    first.rate_now = 500'000;
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    EXPECT_TRUE(first.heard.empty());
+    EXPECT_EQ(second.heard.size(), 1U);
+    EXPECT_TRUE(host.heard.empty());
+}
+
+TEST_F(CanWireTest, MessageThatChangesTheRateIsAnsweredAtTheOldOne)
+{
+    first.answer = Answer{answered, 0ns};
+    first.next_rate = 500'000;
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(host.heard.size(), 1U);
+}
+
+TEST_F(CanWireTest, RefusesFramesBeyondItsQueue)
+{
+    for (std::size_t i = 0; i < CanWire::host_capacity; ++i)
+        ASSERT_TRUE(wire.host_sends(asked, rate, zero));
+    EXPECT_FALSE(wire.host_sends(asked, rate, zero));
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(first.heard.size(), CanWire::host_capacity);
+}
+
+} // namespace
+} // namespace sinew::sim::test

@@ -1,0 +1,97 @@
+#pragma once
+#include "sinew/base/time.hpp"
+#include "sinew/sim/wire/ring.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+
+/// The two halves of a UART, 8N1: what one end of a serial wire sends, and what it has heard.
+namespace sinew::sim {
+
+inline constexpr std::int64_t bits_per_byte = 10; ///< start, eight data bits, stop
+
+/// Sends bytes one after the other. Those that follow each other without a pause keep to the bit grid of the first, so
+/// that rounding to nanoseconds does not add up.
+class Transmitter
+{
+public:
+    struct Byte {
+        std::uint8_t value = 0;
+        std::uint32_t bit_rate = 0;
+        TimePoint start{};
+        TimePoint end{};
+    };
+
+    explicit Transmitter(std::size_t capacity) : waiting_(capacity) {}
+
+    /// Queues bytes that do not start before `from`; returns how many fit.
+    std::size_t send(std::span<const std::uint8_t> bytes, std::uint32_t bit_rate, TimePoint from)
+    {
+        const auto fitting = bytes.first(std::min(bytes.size(), waiting_.room()));
+        for (const std::uint8_t value : fitting)
+            waiting_.push({value, bit_rate, from, {}});
+        return fitting.size();
+    }
+    std::size_t room() const { return waiting_.room(); }
+
+    /// When the next byte goes out; `TimePoint::max()`: none waits.
+    TimePoint next_start() const
+    {
+        return waiting_.empty() ? TimePoint::max() : std::max(waiting_.front().start, free_);
+    }
+    /// Puts the next byte on the line.
+    Byte start()
+    {
+        Byte byte = waiting_.front();
+        waiting_.pop();
+        if (byte.bit_rate != bit_rate_ || byte.start > free_) {
+            bit_rate_ = byte.bit_rate;
+            burst_ = std::max(byte.start, free_);
+            sent_ = 0;
+        }
+        byte.start = free_ = end_of(sent_);
+        byte.end = free_ = end_of(++sent_);
+        return byte;
+    }
+    /// When the line is its own no more.
+    TimePoint busy_until() const { return free_; }
+
+private:
+    TimePoint end_of(std::int64_t count) const { return burst_ + bit_time(bits_per_byte * count, bit_rate_); }
+
+    Ring<Byte> waiting_;
+    TimePoint burst_{}; ///< start of the first byte since the last pause
+    TimePoint free_{};
+    std::int64_t sent_ = 0;
+    std::uint32_t bit_rate_ = 0;
+};
+
+/// What a device has heard and not yet understood. When it is full the oldest byte is lost; no framing waits for that
+/// many.
+class Receiver
+{
+public:
+    static constexpr std::size_t capacity = 64;
+
+    std::span<const std::uint8_t> bytes() const { return std::span(bytes_).first(size_); }
+    bool empty() const { return size_ == 0; }
+    void add(std::uint8_t byte)
+    {
+        if (size_ == capacity)
+            drop(1);
+        bytes_[size_++] = byte;
+    }
+    void drop(std::size_t count)
+    {
+        std::copy(bytes_.begin() + count, bytes_.begin() + size_, bytes_.begin());
+        size_ -= count;
+    }
+
+private:
+    std::array<std::uint8_t, capacity> bytes_{};
+    std::size_t size_ = 0;
+};
+
+} // namespace sinew::sim
