@@ -126,8 +126,8 @@ std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire
                                           actuator::State& state)
 {
     const Model& model = *spec_.model;
-    const auto standard = [&](const Position& p) { state.position_rad = model.standard.rad(p.position); };
-    const auto precise = [&](const PrecisePosition& p) {
+    const auto standard_position = [&](const Position& p) { state.position_rad = model.standard.rad(p.position); };
+    const auto precise_position = [&](const PrecisePosition& p) {
         if (model.precise)
             state.position_rad = model.precise->rad(p.position);
     };
@@ -149,10 +149,10 @@ std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire
             state.faults->set(actuator::Fault::over_temperature);
     };
     std::expected<void, Error> result;
-    const bool tells = take<ReadPrecisePosition>(asked, reply, result, precise) ||
-                       take<PrecisePositionControl>(asked, reply, result, precise) ||
-                       take<ReadCurrentPosition>(asked, reply, result, standard) ||
-                       take<PositionControl>(asked, reply, result, standard) ||
+    const bool tells = take<ReadPrecisePosition>(asked, reply, result, precise_position) ||
+                       take<PrecisePositionControl>(asked, reply, result, precise_position) ||
+                       take<ReadCurrentPosition>(asked, reply, result, standard_position) ||
+                       take<PositionControl>(asked, reply, result, standard_position) ||
                        take<QuickReadStatus>(asked, reply, result, quick_state) ||
                        take<QuickPositionControl>(asked, reply, result, quick_state) ||
                        take<ReadCurrentSpeed>(asked, reply, result, speed) ||

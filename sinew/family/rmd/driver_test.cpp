@@ -1,0 +1,112 @@
+#include "sinew/family/rmd/driver.hpp"
+
+#include "sinew/base/units.hpp"
+#include "sinew/family/rmd/messages.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sinew::rmd {
+namespace {
+
+using actuator::Mode;
+
+Spec spec(std::string_view model = "MG", bool confirmed = true)
+{
+    Profile profile = profiles().front();
+    profile.max_speed_confirmed = confirmed;
+    return make_spec(*find_model(model), profile, 1);
+}
+
+template <class M>
+actuator::State read(const wire::ReplyOf<M>& reply, std::string_view model = "MG")
+{
+    Driver driver(spec(model));
+    actuator::State state;
+    const auto absorbed =
+        driver.absorb(*wire::make_request(1, M{}), *wire::encode_reply<M>(1, reply), TimePoint{}, state);
+    EXPECT_TRUE(absorbed.has_value());
+    return state;
+}
+
+wire::Frame frame(std::array<std::uint8_t, 8> data)
+{
+    wire::Frame out{.can_id = 0x141, .size = 8};
+    std::ranges::copy(data, out.data.begin());
+    return out;
+}
+
+TEST(RmdDriver, SendsThePrintedSpeed) // L38: 90 dps
+{
+    const auto plan = Driver(spec()).plan({.mode = Mode::velocity, .velocity_rad_s = units::rad(90)}, {});
+    EXPECT_EQ(plan->all()[0].frame, frame({0xA2, 0, 0, 0, 0x28, 0x23, 0, 0}));
+}
+
+TEST(RmdDriver, SendsThePrintedMoveWhereTheProfileIsConfirmed) // L43: 720 deg at 90 dps
+{
+    const actuator::Command go{
+        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90.001)};
+    EXPECT_EQ(Driver(spec()).plan(go, {})->all()[0].frame, frame({0xA4, 0, 0x28, 0x23, 0x40, 0x19, 0x01, 0}));
+}
+
+TEST(RmdDriver, SendsTheScaleThatCanOnlyBeSlowWhereNobodyNamedTheProfile) // R01
+{
+    const actuator::Command go{
+        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90.001)};
+    EXPECT_EQ(Driver(spec("MG", false)).plan(go, {})->all()[0].frame, frame({0xA4, 0, 90, 0, 0x40, 0x19, 0x01, 0}));
+}
+
+TEST(RmdDriver, ReadsMultiTurnAnglesBeyond32BitAndBelowZero) // R10
+{
+    EXPECT_NEAR(units::deg(*read<ReadMultiTurnAngle>({.angle = -3000}).position_rad), -30.0, 1e-9);
+    EXPECT_NEAR(units::deg(*read<ReadMultiTurnAngle>({.angle = -10'000'000'000}).position_rad), -1e8, 1e-3);
+}
+
+TEST(RmdDriver, FullScaleCurrentIsThatOfTheClass) // L777, L98, R11
+{
+    EXPECT_NEAR(*read<ReadStatus2>({.iq = 2048}, "MF").current_a, 16.5, 1e-9);
+    EXPECT_NEAR(*read<ReadStatus2>({.iq = -2048}, "MG").current_a, -33.0, 1e-9);
+    EXPECT_FALSE(read<ReadStatus2>({.iq = 2048}, "RMD").current_a.has_value()) << "no class, no scale";
+}
+
+TEST(RmdDriver, ReadsSpeedTemperatureAndVoltage) // L636-654, L548-574
+{
+    const auto moving = read<ReadStatus2>({.temperature = -5, .iq = 0, .speed = -180});
+    EXPECT_NEAR(units::deg(*moving.velocity_rad_s), -180.0, 1e-9);
+    EXPECT_EQ(moving.temperature_c, -5.0);
+    EXPECT_NEAR(*read<ReadStatus1>({.temperature = 25, .voltage = 241}).voltage_v, 24.1, 1e-9);
+}
+
+TEST(RmdDriver, KeepsUnexplainedErrorBitsRaw) // R31
+{
+    const auto state = read<ReadStatus1>({.temperature = 25, .voltage = 60, .error_state = 0x81});
+    EXPECT_TRUE(state.faults->has(actuator::Fault::low_voltage));
+    EXPECT_TRUE(state.faults->has(actuator::Fault::unexplained));
+    EXPECT_FALSE(state.faults->has(actuator::Fault::over_temperature));
+    EXPECT_EQ(state.raw_faults, 0x81U);
+}
+
+TEST(RmdDriver, AnAcknowledgementTellsNothingOfTheState)
+{
+    const auto state = read<MotorOff>({});
+    EXPECT_FALSE(state.position_rad || state.velocity_rad_s || state.temperature_c || state.faults);
+}
+
+TEST(RmdDriver, SendsRunningAfterOffBeforeItMovesAgain) // R30
+{
+    Driver driver(spec());
+    EXPECT_EQ(driver.plan({.mode = Mode::release}, {})->all()[0].frame, frame({0x80, 0, 0, 0, 0, 0, 0, 0}));
+    const auto plan = driver.plan({.mode = Mode::velocity, .velocity_rad_s = 0.0}, {});
+    ASSERT_EQ(plan->all().size(), 2U);
+    EXPECT_EQ(plan->all()[0].frame, frame({0x88, 0, 0, 0, 0, 0, 0, 0}));
+}
+
+TEST(RmdDriver, HoldsAtItsPositionOrStopsWhereItDoesNotKnowIt)
+{
+    Driver driver(spec());
+    EXPECT_EQ(driver.plan({.mode = Mode::hold}, {})->all()[0].frame, frame({0x81, 0, 0, 0, 0, 0, 0, 0}));
+    const auto plan = driver.plan({.mode = Mode::hold}, {.position_rad = units::rad(30)});
+    EXPECT_EQ(plan->all()[0].frame, frame({0xA3, 0, 0, 0, 0xB8, 0x0B, 0, 0}));
+}
+
+} // namespace
+} // namespace sinew::rmd
