@@ -16,8 +16,7 @@
 #include <vector>
 
 /// The one list of families, and what a robot file means: the same for the robot and for the simulator.
-namespace sinew
-{
+namespace sinew {
 
 /// A product of a family by name.
 struct ModelInfo {

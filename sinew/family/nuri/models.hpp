@@ -8,8 +8,7 @@
 
 /// Nuri: firmware lines and what a device can be told about itself. The document names no product and prints no rating;
 /// what a simulator needs of them stands in `family/assumed.hpp`. N… are resolutions of README.md.
-namespace sinew::nuri
-{
+namespace sinew::nuri {
 
 struct Model {
     std::string_view name;
@@ -54,6 +53,7 @@ struct DeviceOptions {
     bool off_keeps_target = false;       ///< N22: a motion command that came while off is carried out at on
     double rated_current_a = 0.0;        ///< N19: default and upper limit of the rated current; 0: the assumed one
     double supply_v = 0.0;               ///< 0: the assumed rated voltage
+    double start_rad = 0.0;              ///< where the shaft stands at power-on
 };
 
 struct Spec {

@@ -11,8 +11,7 @@
 
 /// RMD: motor classes, the five firmware lines and what a device can be told about itself. R… are resolutions of
 /// README.md; "field notes" are the vendor documents and drivers named there.
-namespace sinew::rmd
-{
+namespace sinew::rmd {
 
 /// What the reply field `iq` of a class means.
 enum class Iq : std::uint8_t {
@@ -44,13 +43,17 @@ enum class ErrorBits : std::uint8_t {
     sixteen, ///< myactuator-3; kept raw
 };
 
+/// Whose rows a line has; a host picks the row types of `messages.hpp` or `lines.hpp` by it.
+enum class Dialect : std::uint8_t { manual, lk, lk_2_36, gyems, myactuator };
+
 /// A firmware line and how its device is set, as a host must know it. The fields of the second group are keys of
 /// `[joint.NAME.profile_options]`; those of the first belong to the line.
 struct Profile {
     wire::Profile line;
+    Dialect dialect = Dialect::manual;
     std::uint32_t reply_identifier_base = identifier_base; ///< replies come on this + id
     double voltage_lsb_v = 0.1;                            ///< of read-status1
-    double phase_current_lsb_a = 1.0 / 64.0; ///< of read-status3; 0: half the full scale of the model per 1024
+    double phase_current_lsb_a = 1.0 / 64.0;               ///< of read-status3; 0: as torque current
     ErrorBits error_bits = ErrorBits::two;
     bool iq_in_centiamperes = false; ///< torque currents are 0.01 A on every model
 
@@ -99,6 +102,7 @@ struct DeviceOptions {
     double max_speed_dps = 0.0;               ///< MaxSpeed of the setting tool; 0: the assumed no-load speed
     double max_acceleration_dps_s = 10'000.0; ///< ASSUMED: MaxAcceleration of the setting tool
     double max_angle_deg = 0.0;               ///< MaxAngle of the setting tool; 0: no limit
+    double start_rad = 0.0;                   ///< where the shaft stands at power-on
 };
 
 struct Spec {
@@ -112,6 +116,8 @@ struct Spec {
 
     /// Amperes per raw unit of `iq` in replies; not given: not known.
     std::optional<double> iq_a() const;
+    /// Amperes per raw unit of the phase currents; 0: not known.
+    double phase_current_a() const;
 };
 
 /// A device with everything worked out.

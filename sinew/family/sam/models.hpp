@@ -12,8 +12,7 @@
 
 /// SAM: the six products, the firmware line and what a device can be told about itself. Line numbers (L…) are those of
 /// the SAM series User Manual Ver 1.0; S… are resolutions of README.md.
-namespace sinew::sam
-{
+namespace sinew::sam {
 
 // ---- products ----
 
@@ -93,10 +92,11 @@ struct Profile {
     BoundaryOrder quick_boundary_order = BoundaryOrder::upper_then_lower; ///< S32
     PortBits quick_port_bits = PortBits::ch_led;                          ///< S34
     WheelReply wheel_reply = WheelReply::rotation_position;               ///< S27
-    int response_level = 0;      ///< what the device is set to: 0 answers reads, 1 everything, 2 nothing (L655)
-    bool ping_is_read = true;    ///< S45: a ping is answered at level 0
-    bool quick_id_strict = true; ///< S30: the quick set-id takes 0 … 30 only
-    bool i_gain_strict = false;  ///< S37: the run-time I gain takes 0 … 10 only
+    bool clockwise_positive = true; ///< GUESS: positions grow clockwise; no document says
+    int response_level = 0;         ///< what the device is set to: 0 answers reads, 1 everything, 2 nothing (L655)
+    bool ping_is_read = true;       ///< S45: a ping is answered at level 0
+    bool quick_id_strict = true;    ///< S30: the quick set-id takes 0 … 30 only
+    bool i_gain_strict = false;     ///< S37: the run-time I gain takes 0 … 10 only
 
     constexpr wire::Options options() const
     {
@@ -139,6 +139,7 @@ struct DeviceOptions {
     int flash_writes_max = 0;      ///< stores nothing after so many writes; 0: never wears out (L310 says 10 000)
     double supply_v = 0.0;         ///< 0: the rated voltage of the model
     double temperature_c = 25.0;   ///< at power-on
+    double start_rad = 0.0;        ///< where the shaft stands at power-on
 };
 
 // ---- one device ----
