@@ -25,6 +25,7 @@ protected:
         auto opened = PtyMaster::open(115200, clock_);
         ASSERT_TRUE(opened) << to_sentence(opened.error());
         master_ = std::move(*opened);
+        look_ = Fd{::open(master_->device().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC)};
     }
 
     auto open(std::uint32_t bit_rate = 115200)
@@ -45,14 +46,14 @@ protected:
 
     bool is_claimed() const
     {
-        Fd look{::open(master_->device().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC)};
         int claimed = 0;
-        EXPECT_EQ(::ioctl(look.get(), TIOCGEXCL, &claimed), 0);
+        EXPECT_EQ(::ioctl(look_.get(), TIOCGEXCL, &claimed), 0);
         return claimed != 0;
     }
 
     RealClock clock_;
     std::unique_ptr<PtyMaster> master_;
+    Fd look_; ///< open from before any claim: opening one now would be refused, and closing it wake the master
 };
 
 TEST_F(SerialLink, CarriesEveryByteBothWays)
