@@ -4,10 +4,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-namespace sinew::bus
-{
-namespace
-{
+namespace sinew::bus {
+namespace {
 
 bool is_can(const link::AnyLink& link)
 {

@@ -12,8 +12,7 @@
 #include <vector>
 
 /// One link, one family: the conversation on it. A user's calls end here.
-namespace sinew::bus
-{
+namespace sinew::bus {
 
 /// A frame that passed, as the tap shows it.
 struct Tapped {

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 
-namespace sinew::bus
-{
-namespace
-{
+namespace sinew::bus {
+namespace {
 
 constexpr std::int64_t uart_bits_per_byte = 10; // start, 8 data, stop
 /// A standard frame with n data bytes: 44 + 8n bits, at most (34 + 8n - 1) / 4 stuffed ones, 3 between frames.

@@ -8,8 +8,7 @@
 #include <array>
 #include <span>
 
-namespace sinew::bus
-{
+namespace sinew::bus {
 
 /// How one request of an exchange ended. The caller owns the storage; the conversation keeps its progress in it.
 struct Result {

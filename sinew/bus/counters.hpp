@@ -5,8 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace sinew::bus
-{
+namespace sinew::bus {
 
 /// The weather of one device, or of a whole bus. Counts only grow.
 struct Counters {

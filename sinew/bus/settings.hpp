@@ -1,8 +1,7 @@
 #pragma once
 #include "sinew/base/time.hpp"
 
-namespace sinew::bus
-{
+namespace sinew::bus {
 
 /// How patient a bus is. Time-outs are bits on the wire both ways + the device's response time + a margin that is
 /// measured on the link; these are its bounds.

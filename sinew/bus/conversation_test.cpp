@@ -1,0 +1,263 @@
+#include "sinew/bus/conversation.hpp"
+
+#include "sinew/bus/fake_family.hpp"
+
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace sinew::bus {
+namespace {
+
+using namespace std::chrono_literals;
+using fake::FakeProtocol;
+
+constexpr std::uint32_t bit_rate = 100'000; // a byte takes 100 µs
+constexpr Settings settings{.margin_at_first = 10ms, .margin_least = 1ms, .late_max = 50ms, .read_retries = 1};
+
+/// A conversation with its requests and a clock that the test turns.
+struct Talk {
+    explicit Talk(const wire::Protocol& protocol, bool can = false)
+        : conversation(protocol, {.can = can, .bit_rate = bit_rate}, settings)
+    {
+    }
+
+    template <class... Messages>
+    void ask(std::pair<int, Messages>... asked)
+    {
+        requests = {*wire::make_request(asked.first, asked.second)...};
+        results.assign(requests.size(), {});
+        conversation.begin(requests, results);
+    }
+
+    /// What goes out now, if anything.
+    std::optional<wire::Frame> sent()
+    {
+        const auto next = conversation.next(now);
+        if (next.transmit == nullptr)
+            return std::nullopt;
+        const wire::Frame frame = *next.transmit;
+        conversation.transmitted(now);
+        return frame;
+    }
+
+    TimePoint deadline() { return conversation.next(now).deadline; }
+    bool done() { return conversation.next(now).done; }
+    void hear(std::vector<std::uint8_t> bytes) { conversation.received(bytes, now); }
+
+    Conversation conversation;
+    TimePoint now{1s};
+    std::vector<wire::Request> requests;
+    std::vector<Result> results;
+};
+
+const FakeProtocol framed{false};
+const FakeProtocol bare{true};
+
+TEST(Conversation, SendsARequestAndTakesItsAnswer)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}});
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::Read{}));
+    EXPECT_FALSE(talk.done());
+    talk.hear({0x55, 3, 1, 42});
+    EXPECT_TRUE(talk.done());
+    EXPECT_EQ(talk.results[0].reply()->data[3], 42);
+}
+
+TEST(Conversation, TimesOutAfterTheBitsBothWaysTheResponseTimeAndTheMargin)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Set{}});
+    talk.requests[0].response_time = 2ms;
+    talk.sent();
+    EXPECT_EQ(talk.deadline() - talk.now, 2 * 4 * 100us + 2ms + 10ms);
+    talk.now = talk.deadline();
+    EXPECT_TRUE(talk.done());
+    const auto reply = talk.results[0].reply();
+    ASSERT_FALSE(reply.has_value());
+    EXPECT_EQ(reply.error().code, Errc::timeout);
+    EXPECT_EQ(reply.error().id, 3);
+    EXPECT_EQ(reply.error().elapsed, 12'800us);
+}
+
+TEST(Conversation, RepeatsAReadButNeverACommand)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}}, std::pair{4, fake::Set{}});
+    EXPECT_TRUE(talk.sent());
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::Read{})) << "the read once more";
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(4, fake::Set{}));
+    talk.now = talk.deadline();
+    EXPECT_TRUE(talk.done()) << "the command only once";
+    EXPECT_EQ(talk.conversation.counters(3).retries, 1U);
+    EXPECT_EQ(talk.conversation.counters(4).retries, 0U);
+    EXPECT_EQ(talk.conversation.counters().timeouts, 3U);
+}
+
+TEST(Conversation, TakesNoAnswerOfAnotherDeviceOrMessage)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}});
+    talk.sent();
+    talk.hear({0x55, 4, 1, 42});
+    talk.hear({0x55, 3, 2, 42});
+    EXPECT_FALSE(talk.done());
+    talk.hear({0x55, 3, 1, 7});
+    EXPECT_TRUE(talk.done());
+    EXPECT_EQ(talk.results[0].reply()->data[3], 7);
+    EXPECT_EQ(talk.conversation.counters().strays, 8U);
+}
+
+TEST(Conversation, TakesAnAnswerInAnyPieces)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}});
+    talk.sent();
+    for (const int byte : {0x55, 3, 1})
+        talk.hear({static_cast<std::uint8_t>(byte)});
+    EXPECT_FALSE(talk.done());
+    talk.hear({9});
+    EXPECT_TRUE(talk.done());
+}
+
+TEST(Conversation, IsDoneWithAnUnansweredRequestWhenItsBitsAreOut)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Set{}}, std::pair{4, fake::Set{}});
+    for (auto& request : talk.requests)
+        request.answered = false;
+    talk.sent();
+    EXPECT_EQ(talk.deadline() - talk.now, 400us);
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(4, fake::Set{}));
+    talk.now = talk.deadline();
+    EXPECT_TRUE(talk.done());
+    EXPECT_TRUE(talk.results[0].good && talk.results[1].good);
+}
+
+TEST(Conversation, CountsALateAnswerAndDoesNotHandItOut)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Set{}});
+    talk.sent();
+    talk.now = talk.deadline();
+    EXPECT_TRUE(talk.done());
+    talk.now += 5ms;
+    talk.hear({0x55, 3, 2, 1});
+    EXPECT_EQ(talk.conversation.counters(3).late, 1U);
+    EXPECT_EQ(talk.conversation.counters().strays, 0U);
+}
+
+TEST(Conversation, MarksAnAnswerThatMayBelongToAnEarlierIdenticalRequest)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Set{}});
+    talk.sent();
+    talk.now = talk.deadline();
+    EXPECT_TRUE(talk.done());
+    talk.ask(std::pair{3, fake::Set{}});
+    talk.sent();
+    talk.now += 1ms;
+    talk.hear({0x55, 3, 2, 1});
+    EXPECT_TRUE(talk.results[0].good && talk.results[0].possibly_older);
+    talk.now += 60ms;
+    talk.ask(std::pair{3, fake::Set{}});
+    talk.sent();
+    talk.hear({0x55, 3, 2, 1});
+    EXPECT_FALSE(talk.results[0].possibly_older);
+}
+
+TEST(Conversation, QuarantinesALineOfBareRepliesUntilItIsSilentAndTheDeviceNamesItself)
+{
+    Talk talk(bare);
+    talk.ask(std::pair{3, fake::BareRead{}});
+    talk.sent();
+    talk.now = talk.deadline();
+    const TimePoint quiet = talk.deadline();
+    EXPECT_EQ(quiet - talk.now, settings.late_max) << "nothing goes out in quarantine";
+    talk.now += 10ms;
+    talk.hear({7, 7}); // the late answer
+    EXPECT_EQ(talk.deadline(), talk.now + settings.late_max) << "the silence starts again";
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
+    talk.hear({3, 3});
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareRead{}));
+    talk.hear({8, 8});
+    EXPECT_TRUE(talk.done());
+    EXPECT_EQ(talk.results[0].reply()->data[0], 8);
+}
+
+TEST(Conversation, ProbesALineThatNeverFallsSilentAfterAWhile)
+{
+    Talk talk(bare);
+    talk.ask(std::pair{3, fake::BareRead{}});
+    talk.sent();
+    talk.now = talk.deadline();
+    const TimePoint start = talk.now;
+    std::optional<wire::Frame> probe;
+    while (!(probe = talk.sent()) && talk.now < start + 10s) {
+        talk.now += 20ms;
+        talk.hear({1});
+    }
+    EXPECT_EQ(probe, *wire::encode_request(3, fake::BarePing{}));
+    EXPECT_LE(talk.now - start, 10 * settings.late_max + 20ms);
+}
+
+TEST(Conversation, DropsBareBytesThatNobodyAskedFor)
+{
+    Talk talk(bare);
+    talk.hear({1, 2, 3});
+    talk.ask(std::pair{3, fake::BareRead{}});
+    talk.sent();
+    talk.hear({8, 8});
+    EXPECT_EQ(talk.results[0].reply()->data[0], 8);
+    EXPECT_EQ(talk.conversation.counters().strays, 3U);
+}
+
+TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
+{
+    Talk talk(framed, true);
+    talk.ask(std::pair{1, fake::CanRead{}}, std::pair{2, fake::CanRead{}}, std::pair{1, fake::CanRead{}});
+    EXPECT_EQ(talk.sent()->can_id, 0x101U);
+    EXPECT_EQ(talk.sent()->can_id, 0x102U);
+    EXPECT_FALSE(talk.sent().has_value()) << "0x101 is outstanding";
+    talk.conversation.received({.can_id = 0x102, .size = 2, .data = {5, 22}}, talk.now);
+    EXPECT_FALSE(talk.sent().has_value());
+    talk.conversation.received({.can_id = 0x101, .size = 2, .data = {5, 11}}, talk.now);
+    EXPECT_EQ(talk.sent()->can_id, 0x101U);
+    talk.conversation.received({.can_id = 0x101, .size = 2, .data = {5, 12}}, talk.now);
+    EXPECT_TRUE(talk.done());
+    EXPECT_EQ(talk.results[0].reply()->data[1], 11);
+    EXPECT_EQ(talk.results[1].reply()->data[1], 22);
+    EXPECT_EQ(talk.results[2].reply()->data[1], 12);
+}
+
+TEST(Conversation, LearnsItsMarginFromTheSlowestAnswers)
+{
+    Talk talk(framed);
+    for (int i = 0; i < 10; ++i) {
+        talk.ask(std::pair{3, fake::Read{}});
+        talk.sent();
+        talk.now += 800us + 3ms; // the wire alone takes 800 µs
+        talk.hear({0x55, 3, 1, 0});
+        EXPECT_TRUE(talk.done());
+    }
+    EXPECT_EQ(talk.conversation.margin(), 6ms);
+}
+
+TEST(Conversation, AbandonsWhatIsNotDone)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}}, std::pair{4, fake::Read{}});
+    talk.sent();
+    talk.hear({0x55, 3, 1, 0});
+    talk.conversation.abandon({.code = Errc::link_lost});
+    EXPECT_TRUE(talk.results[0].good);
+    EXPECT_EQ(talk.results[1].reply().error().code, Errc::link_lost);
+    EXPECT_FALSE(talk.conversation.busy());
+}
+
+} // namespace
+} // namespace sinew::bus
