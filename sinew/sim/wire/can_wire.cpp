@@ -118,10 +118,12 @@ void CanWire::finish()
         return;
     }
     for (Node& node : nodes_) {
-        if (node.station == nullptr || node.station->bit_rate() != heard.bit_rate)
+        if (node.station == nullptr)
+            continue;
+        node.station->advance(at); // which may bring a change of rate
+        if (node.station->bit_rate() != heard.bit_rate)
             continue;
         // A message that changes the rate is still answered at the old one.
-        node.station->advance(at);
         if (const auto answer = node.station->hear(heard.frame, at))
             node.queue.push({answer->frame, heard.bit_rate, at + answer->delay});
     }

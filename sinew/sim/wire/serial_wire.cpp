@@ -68,17 +68,22 @@ void SerialWire::finish(Line& line)
     };
     if (&line == &from_host())
         for (Connection& connection : connections_)
-            if (hears(connection.out) && connection.station->bit_rate() == byte.bit_rate)
-                hear(connection, byte.value, byte.end);
+            if (hears(connection.out))
+                hear(connection, byte);
     if (&line == &from_stations() && host_ != nullptr && hears(host_out_) && host_->bit_rate() == byte.bit_rate)
         host_->on_bytes({&byte.value, 1}, byte.end);
 }
 
-void SerialWire::hear(Connection& connection, std::uint8_t byte, TimePoint at)
+void SerialWire::hear(Connection& connection, const Transmitter::Byte& byte)
 {
-    connection.in.add(byte);
-    connection.gives_up = at + longest_pause(connection.station->bit_rate());
-    find_requests(connection, false, at);
+    // The device may have changed its rate since its last frame, once its answer was out.
+    if (connection.in.empty())
+        connection.station->advance(byte.end);
+    if (connection.station->bit_rate() != byte.bit_rate)
+        return;
+    connection.in.add(byte.value);
+    connection.gives_up = byte.end + longest_pause(byte.bit_rate);
+    find_requests(connection, false, byte.end);
 }
 
 void SerialWire::find_requests(Connection& connection, bool silent, TimePoint at)

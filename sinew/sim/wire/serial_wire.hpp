@@ -69,7 +69,7 @@ private:
     void step(TimePoint at);
     void finish(Line& line);
     static void start(Transmitter& transmitter, Line& line);
-    void hear(Connection& connection, std::uint8_t byte, TimePoint at);
+    static void hear(Connection& connection, const Transmitter::Byte& byte);
     static void find_requests(Connection& connection, bool silent, TimePoint at);
 
     Duplex duplex_;

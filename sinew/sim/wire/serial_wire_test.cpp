@@ -114,6 +114,27 @@ TEST_F(SerialWireTest, MessageThatChangesTheRateIsAnsweredAtTheOldOne)
     EXPECT_EQ(host.heard[1].second, zero + 26'667ns + 100us + 13'334ns);
 }
 
+TEST_F(SerialWireTest, DeviceThatChangedItsRateBetweenFramesHearsTheNextOneWhole)
+{
+    build(Duplex::full, 9'600);
+    first.rate_now = 115'200;
+    first.rate_changes = zero + 1ms;
+    first.later_rate = 9'600;
+    send(request, 2ms);
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(host.bytes(), (Bytes{0x12, 0x34}));
+}
+
+TEST_F(SerialWireTest, HearsOnThroughMoreGarbageThanItCanKeep)
+{
+    build(Duplex::full);
+    first.framing.patient = true;
+    send(Bytes(Receiver::capacity + 10, 0x00));
+    send(request);
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(host.bytes(), (Bytes{0x12, 0x34}));
+}
+
 TEST_F(SerialWireTest, BytesWrittenWhileOthersAreOnTheirWayFollowWithoutAGap)
 {
     build(Duplex::full, 9'600);

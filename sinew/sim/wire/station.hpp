@@ -28,7 +28,9 @@ public:
     virtual std::optional<Answer> hear(const wire::Frame& request, TimePoint at) = 0;
 
     virtual const wire::Protocol& protocol() const = 0;
-    virtual std::uint32_t bit_rate() const = 0; ///< it hears and answers at this rate only
+    /// It hears and answers at this rate only, as it was when it was advanced last. What it answers to a message goes
+    /// out at the rate from before that message.
+    virtual std::uint32_t bit_rate() const = 0;
 };
 
 /// The host end of a serial wire: hears what the devices say.

@@ -30,6 +30,8 @@ public:
         const auto skip = static_cast<std::size_t>(std::ranges::find(bytes, 0xFF) - bytes.begin());
         if (bytes.size() - skip >= 4)
             return {skip, 4};
+        if (patient && !silent)
+            return {0, 0};
         return {silent ? bytes.size() : skip, 0};
     }
     wire::Scan find_reply(std::span<const std::uint8_t>, std::size_t, bool) const override { return {}; }
@@ -42,12 +44,19 @@ public:
         return false;
     }
     std::expected<wire::Request, Error> probe(int) const override { return fail(Errc::unsupported, "none"); }
+
+    bool patient = false; ///< keeps garbage until the line is silent
 };
 
 struct FakeStation final : Station {
     explicit FakeStation(std::uint32_t rate) : rate_now(rate) { heard.reserve(64); }
 
-    void advance(TimePoint now) override { advanced_to = now; }
+    void advance(TimePoint now) override
+    {
+        advanced_to = now;
+        if (now >= rate_changes)
+            rate_now = later_rate;
+    }
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override
     {
         heard.emplace_back(request, at);
@@ -60,7 +69,9 @@ struct FakeStation final : Station {
 
     FourBytes framing;
     std::uint32_t rate_now;
-    std::uint32_t next_rate = 0; ///< from the next message on; 0: as it is
+    std::uint32_t next_rate = 0;               ///< from the next message on; 0: as it is
+    TimePoint rate_changes = TimePoint::max(); ///< by itself, to:
+    std::uint32_t later_rate = 0;
     std::optional<Answer> answer;
     std::vector<std::pair<wire::Frame, TimePoint>> heard;
     TimePoint advanced_to{};
