@@ -1,0 +1,37 @@
+# The front door. Every target says what it does and installs what it needs (Debian 12, root or sudo).
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+JOBS ?= $(shell nproc)
+FUZZ_SECONDS ?= 60
+SOAK ?= 1
+PART ?= all
+
+.PHONY: help run test bench lint fuzz soak
+help: ## Show this list
+	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /|/' | awk -F'|' '{printf "  make %-8s %s\n", $$1, $$2}'
+
+run: ## Build, start the demo robot, scan it and show it moving until Ctrl-C
+	@tools/setup build
+	@tools/build run sinew
+	@tools/demo build/run/apps/cli/sinew
+
+test: ## Everything that proves it: release tests, sanitizers, fuzz corpora
+	@tools/setup build test
+	@JOBS=$(JOBS) tools/test
+
+bench: ## Codec figures with their reference in the same run, printed and as JSON
+	@tools/setup build bench
+	@tools/build bench sinew_bench
+	@build/bench/bench/sinew_bench --json build/bench/results.json
+
+lint: ## Formatting, clang-tidy, shell scripts, leftovers
+	@tools/setup build test bench lint
+	@JOBS=$(JOBS) tools/lint
+
+fuzz: ## Run every fuzz target for FUZZ_SECONDS (60)
+	@tools/setup build test
+	@tools/fuzz $(FUZZ_SECONDS)
+
+soak: ## The long proofs: PART=properties or fuzz, scaled by SOAK=0.1
+	@tools/setup build test
+	@SOAK=$(SOAK) tools/soak $(PART)
