@@ -1,0 +1,193 @@
+#include "sinew/bus/bus.hpp"
+
+#include "sinew/bus/fake_family.hpp"
+#include "sinew/link/virtual.hpp"
+
+#include <gtest/gtest.h>
+#include <thread>
+#include <vector>
+
+namespace sinew::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+const fake::FakeProtocol framed{false};
+
+/// Time that passes only where somebody waits, and then at once to the deadline or to the next arrival of a link.
+class JumpingClock final : public link::Clock
+{
+public:
+    TimePoint now() const override { return now_; }
+    void wait(std::span<const link::Handle>, TimePoint deadline) override
+    {
+        TimePoint next = deadline;
+        for (const auto* link : links)
+            if (const auto arrival = link->next_arrival())
+                next = std::min(next, std::max(*arrival, now_));
+        ASSERT_NE(next, TimePoint::max()) << "a wait without an end";
+        now_ = std::max(now_, next);
+        ++waits;
+    }
+
+    std::vector<link::VirtualByteLink*> links;
+    int waits = 0;
+
+private:
+    TimePoint now_{1s};
+};
+
+/// A device that answers every read with its value a while later.
+class Responder final : public link::ByteSink
+{
+public:
+    explicit Responder(JumpingClock& clock) : clock_(clock) {}
+
+    void on_write(std::span<const std::uint8_t> bytes, std::uint32_t) override
+    {
+        heard.insert(heard.end(), bytes.begin(), bytes.end());
+        if (answers && bytes.size() == 4)
+            link->deliver(std::array<std::uint8_t, 4>{0x55, bytes[1], bytes[2], 42}, clock_.now() + delay);
+    }
+
+    link::VirtualByteLink* link = nullptr;
+    bool answers = true;
+    Duration delay = 3ms;
+    std::vector<std::uint8_t> heard;
+
+private:
+    JumpingClock& clock_;
+};
+
+struct Rig {
+    explicit Rig(JumpingClock& clock) : responder(clock)
+    {
+        auto made = std::make_unique<link::VirtualByteLink>(clock, responder, 100'000);
+        link = responder.link = made.get();
+        clock.links.push_back(link);
+        bus.emplace("rig", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, framed);
+    }
+
+    Responder responder;
+    link::VirtualByteLink* link = nullptr;
+    std::optional<Bus> bus;
+};
+
+TEST(Bus, CallsADeviceAndReturnsItsTypedAnswer)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    const auto number = rig.bus->call(3, fake::Read{});
+    ASSERT_TRUE(number.has_value()) << to_sentence(number.error());
+    EXPECT_EQ(number->value, 42);
+    EXPECT_EQ(clock.now().time_since_epoch(), 1s + 3ms);
+}
+
+TEST(Bus, SaysWhoDidNotAnswerAndHowLongItWaited)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    rig.responder.answers = false;
+    const auto number = rig.bus->call(3, fake::Set{});
+    ASSERT_FALSE(number.has_value());
+    EXPECT_EQ(number.error().code, Errc::timeout);
+    EXPECT_EQ(number.error().id, 3);
+    EXPECT_EQ(number.error().message, "set");
+    EXPECT_GT(number.error().elapsed, 0ns);
+}
+
+TEST(Bus, RefusesAMessageThatTheFirmwareLineDoesNotListAndSendsNothing)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    static constexpr auto listed = wire::catalogue<fake::Read>();
+    static constexpr wire::Profile line{.name = "line", .messages = listed};
+    rig.bus->set_device(3, {.line = &line});
+    EXPECT_EQ(rig.bus->call(3, fake::Set{}).error().code, Errc::not_in_profile);
+    EXPECT_TRUE(rig.responder.heard.empty());
+    EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
+}
+
+TEST(Bus, RefusesAnIdThatTheFamilyDoesNotHaveAndSendsNothing)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    EXPECT_EQ(rig.bus->call(10, fake::Read{}).error().code, Errc::bad_id);
+    EXPECT_TRUE(rig.responder.heard.empty());
+}
+
+TEST(Bus, SendsWithoutWaitingForAnAnswer)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    rig.responder.answers = false;
+    EXPECT_TRUE(rig.bus->send(3, fake::Set{.value = 9}).has_value());
+    EXPECT_EQ(rig.responder.heard, (std::vector<std::uint8_t>{0x55, 3, 2, 9}));
+    EXPECT_EQ(clock.now().time_since_epoch(), 1s + 400us) << "its own bits and no more";
+}
+
+TEST(Bus, EndsEveryCallWithTheReasonWhenTheLinkHangsUp)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    rig.link->hang_up();
+    EXPECT_EQ(rig.bus->call(3, fake::Read{}).error().code, Errc::link_lost);
+    EXPECT_EQ(rig.bus->call(3, fake::Read{}).error().code, Errc::link_lost);
+}
+
+TEST(Bus, IsStoppedFromAnotherThread)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    std::thread([&] { rig.bus->request_stop(); }).join();
+    EXPECT_EQ(rig.bus->call(3, fake::Read{}).error().code, Errc::stopped);
+    EXPECT_TRUE(rig.responder.heard.empty());
+    rig.bus->clear_stop();
+    EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
+}
+
+TEST(Bus, ShowsEveryFrameToTheTapWithItsTime)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    std::vector<std::pair<wire::Direction, TimePoint>> seen;
+    rig.bus->set_tap([&](const Tapped& t) { seen.emplace_back(t.direction, t.at); });
+    ASSERT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
+    ASSERT_EQ(seen.size(), 2U);
+    EXPECT_EQ(seen[0], (std::pair{wire::Direction::request, TimePoint{1s}}));
+    EXPECT_EQ(seen[1], (std::pair{wire::Direction::reply, TimePoint{1s + 3ms}}));
+}
+
+TEST(Bus, ASlowBusDoesNotHoldUpAFastOne)
+{
+    JumpingClock clock;
+    Rig fast(clock);
+    Rig slow(clock);
+    slow.responder.delay = 20ms;
+    const auto request = *wire::make_request(3, fake::Read{});
+    const std::array requests{request, request};
+    std::array<Result, 2> of_fast;
+    std::array<Result, 2> of_slow;
+    fast.bus->start(requests, of_fast);
+    slow.bus->start(requests, of_slow);
+    Bus* const both[] = {&*fast.bus, &*slow.bus};
+    EXPECT_TRUE(drive(both));
+    EXPECT_EQ(of_fast[1].at.time_since_epoch(), 1s + 6ms);
+    EXPECT_EQ(of_slow[1].at.time_since_epoch(), 1s + 40ms);
+}
+
+TEST(Bus, DrivesNoLongerThanItIsAllowedTo)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    const auto request = *wire::make_request(3, fake::Read{});
+    Result result;
+    rig.bus->start({&request, 1}, {&result, 1});
+    Bus* const bus = &*rig.bus;
+    EXPECT_FALSE(drive({&bus, 1}, clock.now() + 1ms));
+    EXPECT_TRUE(drive({&bus, 1}));
+    EXPECT_TRUE(result.good);
+}
+
+} // namespace
+} // namespace sinew::bus
