@@ -3,8 +3,7 @@
 
 #include <string_view>
 
-namespace sinew::sim
-{
+namespace sinew::sim {
 
 /// What a device is doing, for people to look at.
 struct Look {

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sinew::sim
-{
+namespace sinew::sim {
 
 Plant::Plant(const Rating& rating, double position_rad) : rating_(rating), position_rad_(position_rad) {}
 
@@ -41,7 +40,7 @@ void Plant::push(double current_a)
 
 double Plant::friction() const
 {
-    return assumed::friction_share * rating_.acceleration_max_rad_s2;
+    return assumed_friction_share * rating_.acceleration_max_rad_s2;
 }
 
 // The greatest speed from which the shaft, slowing down by the acceleration limit in every step, ends exactly on the

@@ -3,8 +3,7 @@
 
 #include <cstdint>
 
-namespace sinew::sim
-{
+namespace sinew::sim {
 
 /// One step of every plant.
 inline constexpr Duration plant_step = std::chrono::milliseconds{1};
@@ -16,22 +15,11 @@ struct Rating {
     double acceleration_max_rad_s2 = 0.0;
     double current_max_a = 0.0; ///< the current that gives the greatest acceleration
     double supply_v = 0.0;
+    double temperature_c = 25.0; ///< it does not heat up
 };
 
-/// ASSUMED, all of it: no manual gives inertia, friction or heat. The one place where a plain plant makes things up.
-namespace assumed
-{
-inline constexpr double run_up_s = 0.1;       ///< from rest to full speed with all torque
-inline constexpr double friction_share = 0.1; ///< of the greatest torque, lost as soon as the shaft turns
-inline constexpr double temperature_c = 25.0; ///< it does not heat up
-inline constexpr double current_per_v = 0.25; ///< A per V of supply, where the documents rate no current
-} // namespace assumed
-
-/// The rating of a motor of which only speed, current and supply are known.
-constexpr Rating plain_rating(double velocity_max_rad_s, double current_max_a, double supply_v)
-{
-    return {velocity_max_rad_s, velocity_max_rad_s / assumed::run_up_s, current_max_a, supply_v};
-}
+/// ASSUMED: no manual gives friction. Share of the greatest torque that is lost as soon as the shaft turns.
+inline constexpr double assumed_friction_share = 0.1;
 
 /// A shaft with a limit on speed and on acceleration: it follows a target, turns, is pushed by a current, coasts or is
 /// braked. Semi-implicit Euler in steps of one millisecond, the same on every machine; no heap. It has no end stops and
@@ -60,7 +48,7 @@ public:
     double acceleration_rad_s2() const { return acceleration_rad_s2_; } ///< over the last step
     double current_a() const { return current_a_; }                     ///< of the last step, with its direction
     double voltage_v() const { return rating_.supply_v; }
-    double temperature_c() const { return assumed::temperature_c; }
+    double temperature_c() const { return rating_.temperature_c; }
     const Rating& rating() const { return rating_; }
 
 private:

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sinew::sim
-{
-namespace
-{
+namespace sinew::sim {
+namespace {
 
 constexpr Rating rating{
     .velocity_max_rad_s = 8.0, .acceleration_max_rad_s2 = 40.0, .current_max_a = 2.0, .supply_v = 24.0};

@@ -1,0 +1,12 @@
+#pragma once
+#include "sinew/family/families.hpp"
+#include "sinew/sim/firmware/device.hpp"
+
+#include <memory>
+
+namespace sinew::sim {
+
+/// The device that `spec` describes, switched on, with the settings and the position that `spec` gives it.
+std::unique_ptr<Device> make_device(const DeviceSpec& spec);
+
+} // namespace sinew::sim

@@ -1,0 +1,99 @@
+#pragma once
+#include "sinew/family/nuri/lines.hpp"
+#include "sinew/family/nuri/models.hpp"
+#include "sinew/sim/firmware/device.hpp"
+#include "sinew/sim/firmware/dispatch.hpp"
+#include "sinew/sim/firmware/nuri_motion.hpp"
+#include "sinew/sim/firmware/nuri_settings.hpp"
+#include "sinew/sim/firmware/steps.hpp"
+#include "sinew/sim/firmware/stored.hpp"
+
+#include <optional>
+
+namespace sinew::sim {
+
+/// The firmware of one Nuri of either line. It obeys commands without a word, also those to all devices, and answers
+/// feedback requests to its own id after its response time.
+class NuriDevice final : public Device
+{
+public:
+    explicit NuriDevice(const nuri::Spec& spec);
+
+    void advance(TimePoint now) override;
+    std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
+    const wire::Protocol& protocol() const override;
+    int id() const override { return stored_.used.id; }
+    std::uint32_t bit_rate() const override { return stored_.used.bit_rate; } // GUESS (N15): changes at once
+    Look look() const override;
+    void power_cycle() override;
+
+    std::uint32_t flash_writes() const { return stored_.writes(); }
+    const NuriSettings& settings() const { return stored_.used; }
+
+    template <class M>
+    std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
+
+private:
+    // Commands: false when the device ignores the message.
+    bool handle(const nuri::PositionSpeedControl&);
+    bool handle(const nuri::AccelPositionControl&);
+    bool handle(const nuri::AccelSpeedControl&);
+    bool handle(const nuri::SetPositionController&);
+    bool handle(const nuri::SetSpeedController&);
+    bool handle(const nuri::SetId&);
+    bool handle(const nuri::SetBaudRate&);
+    bool handle(const nuri::SetResponseTime&);
+    bool handle(const nuri::SetExternalGearRatio&);
+    bool handle(const nuri::SetControlOnOff&);
+    bool handle(const nuri::SetPositionControlMode&);
+    bool handle(const nuri::ResetPosition&);
+    bool handle(const nuri::FactoryReset&);
+    bool handle(const nuri::SetControlDirection&);
+    bool handle(const nuri::mc::SetRatedSpeed&);
+    bool handle(const nuri::mc::SetResolution&);
+    bool handle(const nuri::mc::SetExternalGearRatio&);
+    bool handle(const nuri::mc::SetControlOnOff&);
+    bool handle(const nuri::mc::SetPositionControlMode&);
+    bool handle(const nuri::mc::SetControlDirection&);
+    bool handle(const nuri::mc::ResetPosition&);
+    bool handle(const nuri::mc::FactoryReset&);
+
+    // Feedback requests: the answer.
+    nuri::ReplyPing handle(const nuri::RequestPing&);
+    nuri::ReplyPositionFeedback handle(const nuri::RequestPositionFeedback&);
+    nuri::ReplySpeedFeedback handle(const nuri::RequestSpeedFeedback&);
+    nuri::ReplyPositionControllerFeedback handle(const nuri::RequestPositionControllerFeedback&);
+    nuri::ReplySpeedControllerFeedback handle(const nuri::RequestSpeedControllerFeedback&);
+    nuri::ReplyResponseTimeFeedback handle(const nuri::RequestResponseTimeFeedback&);
+    nuri::ReplyGearRatioFeedback handle(const nuri::RequestGearRatioFeedback&);
+    nuri::ReplyControlOnOffFeedback handle(const nuri::RequestControlOnOffFeedback&);
+    nuri::ReplyPositionModeFeedback handle(const nuri::RequestPositionModeFeedback&);
+    nuri::ReplyFirmwareVersionFeedback handle(const nuri::RequestFirmwareVersionFeedback&);
+    nuri::mc::ReplyRatedSpeedFeedback handle(const nuri::mc::RequestRatedSpeedFeedback&);
+    nuri::mc::ReplyResolutionFeedback handle(const nuri::mc::RequestResolutionFeedback&);
+    nuri::mc::ReplyGearRatioFeedback handle(const nuri::mc::RequestGearRatioFeedback&);
+    nuri::mc::ReplyControlOnOffFeedback handle(const nuri::mc::RequestControlOnOffFeedback&);
+    nuri::mc::ReplyPositionModeFeedback handle(const nuri::mc::RequestPositionModeFeedback&);
+    nuri::mc::ReplyControlDirectionFeedback handle(const nuri::mc::RequestControlDirectionFeedback&);
+
+    void power_on();
+    NuriSettings factory_settings() const;
+    bool set_controller(NuriController& controller, const NuriController& to);
+    bool set_gear_ratio(std::uint16_t tenths);
+    bool set_control(nuri::Control control);
+    bool set_inverted(bool inverted);
+    bool set_relative(nuri::PositionMode mode);
+    double sense(nuri::Rotation direction) const;
+    nuri::Rotation direction_of(double value) const;
+    double target_rad(nuri::Rotation direction, std::uint16_t position) const;
+    std::uint16_t raw_position(double lsb_deg) const;
+    std::uint16_t raw_speed() const;
+    std::uint8_t raw_current() const;
+
+    nuri::Spec spec_;
+    Stored<NuriSettings> stored_;
+    NuriMotion motion_;
+    Steps steps_;
+};
+
+} // namespace sinew::sim

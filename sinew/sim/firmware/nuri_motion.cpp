@@ -1,0 +1,89 @@
+#include "sinew/sim/firmware/nuri_motion.hpp"
+
+#include "sinew/sim/firmware/ratings.hpp"
+
+#include <cmath>
+
+namespace sinew::sim {
+
+NuriMotion::NuriMotion(const nuri::Spec& spec)
+    : off_keeps_target_(spec.device.off_keeps_target), plant_(rating_of(spec), spec.device.start_rad)
+{
+}
+
+void NuriMotion::power_on(bool on, double gear_ratio, bool inverted)
+{
+    on_ = on;
+    ratio_ = gear_ratio;
+    inverted_ = inverted;
+    zero_rad_ = 0.0;
+    order_ = {};
+    act();
+}
+
+void NuriMotion::go_to(double position_rad, double velocity_rad_s)
+{
+    accept({Kind::position, zero_rad_ + to_plant(position_rad), velocity_rad_s * ratio_, acceleration()});
+}
+
+void NuriMotion::arrive(double position_rad, double time_s)
+{
+    const double target = zero_rad_ + to_plant(position_rad);
+    const double velocity = cruise_velocity(target - plant_.position_rad(), time_s, acceleration());
+    accept({Kind::position, target, velocity, acceleration()});
+}
+
+void NuriMotion::turn(double velocity_rad_s, double time_s)
+{
+    const double velocity = to_plant(velocity_rad_s);
+    const double ramp = std::abs(velocity - plant_.velocity_rad_s()) / time_s;
+    accept({Kind::speed, velocity, 0.0, std::fmin(ramp, acceleration())});
+}
+
+void NuriMotion::accept(const Order& order)
+{
+    if (!on_ && !off_keeps_target_)
+        return;
+    order_ = order;
+    act();
+}
+
+void NuriMotion::control(bool on)
+{
+    if (on == on_)
+        return;
+    on_ = on;
+    if (!on)
+        order_ = {};
+    act();
+}
+
+// The order of before goes on in its own sense until the next one.
+void NuriMotion::invert(bool on)
+{
+    inverted_ = on;
+}
+
+void NuriMotion::reset_position()
+{
+    zero_rad_ = plant_.position_rad();
+}
+
+void NuriMotion::act()
+{
+    if (!on_)
+        plant_.release();
+    else if (order_.kind == Kind::position)
+        plant_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
+    else
+        plant_.turn(order_.kind == Kind::speed ? order_.value : 0.0,
+                    order_.kind == Kind::speed ? order_.acceleration_rad_s2 : acceleration());
+}
+
+std::string_view NuriMotion::mode() const
+{
+    constexpr std::string_view words[] = {"hold", "position", "speed"};
+    return on_ ? words[static_cast<std::size_t>(order_.kind)] : "off";
+}
+
+} // namespace sinew::sim

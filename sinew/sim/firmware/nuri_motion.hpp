@@ -1,0 +1,67 @@
+#pragma once
+#include "sinew/family/nuri/models.hpp"
+#include "sinew/sim/plant/plant.hpp"
+
+#include <string_view>
+
+namespace sinew::sim {
+
+/// The part of a Nuri that turns its shaft. Angles and speeds are those behind the external gear, with the sign that
+/// counter-clockwise has on this device; the plant is the actuator's own shaft.
+class NuriMotion
+{
+public:
+    explicit NuriMotion(const nuri::Spec& spec);
+
+    void step() { plant_.step(); }
+    /// The zero of `reset_position` is lost; the shaft is held if the control is on.
+    void power_on(bool on, double gear_ratio, bool inverted);
+
+    // ---- while the control is off these wait for it or are forgotten, as the device is built (N22) ----
+
+    void go_to(double position_rad, double velocity_rad_s);
+    /// So that it arrives after `time_s`, as far as the motor can.
+    void arrive(double position_rad, double time_s);
+    void turn(double velocity_rad_s, double time_s);
+
+    void control(bool on);
+    void gear(double ratio) { ratio_ = ratio; }
+    void invert(bool on);
+    /// Of the greatest torque, 0 … 1.
+    void limit_torque(double share) { torque_share_ = share; }
+    void reset_position();
+
+    double position_rad() const { return to_output(plant_.position_rad() - zero_rad_); }
+    double velocity_rad_s() const { return to_output(plant_.velocity_rad_s()); }
+    double current_a() const { return plant_.current_a(); }
+    std::string_view mode() const;
+    const Plant& plant() const { return plant_; }
+
+private:
+    enum class Kind : std::uint8_t { hold, position, speed };
+
+    struct Order {
+        Kind kind = Kind::hold;
+        double value = 0.0; ///< of the plant
+        double velocity_rad_s = 0.0;
+        double acceleration_rad_s2 = 0.0;
+    };
+
+    double sign() const { return inverted_ ? -1.0 : 1.0; }
+    double to_output(double plant) const { return sign() * plant / ratio_; }
+    double to_plant(double output) const { return sign() * output * ratio_; }
+    double acceleration() const { return plant_.rating().acceleration_max_rad_s2 * torque_share_; }
+    void accept(const Order& order);
+    void act();
+
+    bool off_keeps_target_;
+    Plant plant_;
+    Order order_;
+    bool on_ = true;
+    bool inverted_ = false;
+    double ratio_ = 1.0;
+    double torque_share_ = 1.0;
+    double zero_rad_ = 0.0;
+};
+
+} // namespace sinew::sim

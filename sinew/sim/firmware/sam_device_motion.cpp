@@ -1,0 +1,151 @@
+#include "sinew/sim/firmware/sam_device.hpp"
+
+#include <algorithm>
+
+namespace sinew::sim {
+namespace {
+
+// L412: 1 is 15 % and 15 is 50 %; GUESS (S42): linear between.
+double quick_duty(int speed)
+{
+    return speed == 0 ? 0.0 : 0.125 + 0.025 * speed;
+}
+
+// Clockwise is positive (L726-728).
+double signed_duty(int wheel_speed)
+{
+    return wheel_speed < 1000 ? wheel_speed / 1000.0 : (1000 - wheel_speed) / 1000.0;
+}
+
+// GUESS (S84): "resolution 400 times" of 2000.
+int torque_of_level(int level)
+{
+    return (5 - level) * 400;
+}
+
+} // namespace
+
+// ---- commands that move ----
+
+std::uint8_t SamDevice::quick_position() const
+{
+    return static_cast<std::uint8_t>(motion_.raw_position(spec_.model->quick));
+}
+
+Handled<sam::QuickPositionControl> SamDevice::handle(const sam::QuickPositionControl& m)
+{
+    const sam::QuickState before{motion_.raw_quick_load(), quick_position()};
+    const int torque = std::min<int>(torque_of_level(m.torque_level), stored_.used.avg_torque);
+    motion_.go_to(m.target_position, spec_.model->quick, stored_.used.quick_boundary, spec_.model->quick.deg_per_unit,
+                  torque, registers_);
+    return before;
+}
+
+Handled<sam::PositionControl> SamDevice::handle(const sam::PositionControl& m)
+{
+    const sam::Position before{static_cast<std::uint16_t>(motion_.raw_position(spec_.model->standard))};
+    motion_.go_to(m.target_position, spec_.model->standard, stored_.used.standard_boundary,
+                  spec_.model->boundary_deg_per_unit, stored_.used.avg_torque, registers_);
+    return before;
+}
+
+Handled<sam::PrecisePositionControl> SamDevice::handle(const sam::PrecisePositionControl& m)
+{
+    const sam::PrecisePosition before{static_cast<std::uint32_t>(motion_.raw_position(*spec_.model->precise))};
+    motion_.go_to(m.target_position, *spec_.model->precise, stored_.used.standard_boundary,
+                  spec_.model->boundary_deg_per_unit, stored_.used.avg_torque, registers_);
+    return before;
+}
+
+Handled<sam::QuickPassiveMode> SamDevice::handle(const sam::QuickPassiveMode&)
+{
+    motion_.passive();
+    return sam::Identity{stored_.used.id};
+}
+
+Handled<sam::QuickWheelMode> SamDevice::handle(const sam::QuickWheelMode& m)
+{
+    const sam::QuickTurns before = spec_.profile.wheel_reply == sam::WheelReply::id_id
+                                       ? sam::QuickTurns{stored_.used.id, stored_.used.id}
+                                       : sam::QuickTurns{motion_.turns(), quick_position()};
+    const double duty = quick_duty(m.speed);
+    motion_.wheel(m.direction == sam::QuickSpin::clockwise ? duty : -duty);
+    return before;
+}
+
+Handled<sam::QuickBrakeMode> SamDevice::handle(const sam::QuickBrakeMode&)
+{
+    const sam::QuickBrakeState before{stored_.used.id, quick_position()};
+    motion_.brake();
+    return before;
+}
+
+Handled<sam::SpecialControl> SamDevice::handle(const sam::SpecialControl& m)
+{
+    switch (m.mode) {
+    case sam::Mode::position:
+        motion_.hold();
+        break;
+    case sam::Mode::passive:
+        motion_.passive();
+        break;
+    case sam::Mode::brake:
+        motion_.brake();
+        break;
+    case sam::Mode::wheel:
+        motion_.wheel(signed_duty(m.wheel_speed));
+        break;
+    }
+    return sam::ControlMode{stored_.used.id, m.mode};
+}
+
+Handled<sam::OffsetControl> SamDevice::handle(const sam::OffsetControl& m)
+{
+    if (spec_.device.offset_control_works)
+        motion_.offset(m.offset_control == 1);
+    return sam::Offset{m.offset_control};
+}
+
+// ---- read-outs ----
+
+Handled<sam::QuickReadStatus> SamDevice::handle(const sam::QuickReadStatus&)
+{
+    return sam::QuickState{motion_.raw_quick_load(), quick_position()};
+}
+
+Handled<sam::ReadCurrentSpeed> SamDevice::handle(const sam::ReadCurrentSpeed&)
+{
+    return sam::CurrentSpeed{motion_.raw_speed()};
+}
+
+Handled<sam::ReadCurrentAccel> SamDevice::handle(const sam::ReadCurrentAccel&)
+{
+    return sam::CurrentAccel{motion_.raw_acceleration()};
+}
+
+Handled<sam::ReadCurrentLoad> SamDevice::handle(const sam::ReadCurrentLoad&)
+{
+    return sam::CurrentLoad{motion_.raw_load()};
+}
+
+Handled<sam::ReadCurrentPosition> SamDevice::handle(const sam::ReadCurrentPosition&)
+{
+    return sam::Position{static_cast<std::uint16_t>(motion_.raw_position(spec_.model->standard))};
+}
+
+Handled<sam::ReadPrecisePosition> SamDevice::handle(const sam::ReadPrecisePosition&)
+{
+    return sam::PrecisePosition{static_cast<std::uint32_t>(motion_.raw_position(*spec_.model->precise))};
+}
+
+Handled<sam::ReadInputVoltage> SamDevice::handle(const sam::ReadInputVoltage&)
+{
+    return sam::InputVoltage{motion_.raw_voltage()};
+}
+
+Handled<sam::ReadTemperatureError> SamDevice::handle(const sam::ReadTemperatureError&)
+{
+    return sam::TemperatureError{std::uint8_t{motion_.too_hot()}};
+}
+
+} // namespace sinew::sim
