@@ -76,7 +76,7 @@ TEST_F(Slcan, RefusesARateWithoutACode)
     EXPECT_EQ(adapter_->written, "");
 }
 
-TEST_F(Slcan, SaysSoWhenItsPortIsNoPortOfAnAdapter)
+TEST_F(Slcan, IsNotFoundWhereNoPortIs)
 {
     RealClock clock;
     const auto link = open_slcan(*parse_uri("slcan:/dev/ttyNOSUCH"), clock);
