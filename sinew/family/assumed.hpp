@@ -1,4 +1,5 @@
 #pragma once
+#include "sinew/base/time.hpp"
 #include "sinew/base/units.hpp"
 
 #include <string_view>
@@ -38,6 +39,10 @@ inline constexpr Assumption assumptions[] = {
     {"rmd", "MS", 0.001, units::rad(2400.0), 0.5, 4.0, 24.0, assumed_because::rmd},
     {"rmd", "RMD-L", 0.002, units::rad(1800.0), 2.0, 16.5, 24.0, assumed_because::rmd},
 };
+
+/// How long a SAM may take to answer; the manual is silent (S82). Its loops run every millisecond.
+inline constexpr Duration assumed_sam_response_typical = std::chrono::microseconds{200};
+inline constexpr Duration assumed_sam_response_most = std::chrono::milliseconds{2};
 
 /// The row of a model, by the name that `models.hpp` gives it; nullptr: none.
 constexpr const Assumption* assumption(std::string_view family, std::string_view model)

@@ -1,0 +1,213 @@
+#include "sinew/config/robot_file.hpp"
+
+#include "sinew/base/bytes.hpp"
+#include "sinew/config/reader.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+namespace sinew::config {
+namespace {
+
+constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint"};
+constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate"};
+constexpr std::string_view joint_keys[] = {"bus",
+                                           "id",
+                                           "model",
+                                           "profile",
+                                           "direction",
+                                           "zero_rad",
+                                           "zero_deg",
+                                           "ratio",
+                                           "position_min_rad",
+                                           "position_min_deg",
+                                           "position_max_rad",
+                                           "position_max_deg",
+                                           "velocity_max_rad_s",
+                                           "velocity_max_deg_s",
+                                           "profile_options",
+                                           "sim"};
+
+/// Names appear in links and on the command line.
+bool is_name(std::string_view name)
+{
+    return !name.empty() && std::ranges::all_of(name, [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+    });
+}
+
+/// The value if it is there; else fails because `owner` needs it.
+template <class T>
+Marked<T> needed(Reader& reader, std::optional<Marked<T>> value, Mark at, std::string_view owner, std::string_view key)
+{
+    if (!value)
+        reader.fail(at, fmt::format("{} needs {}.", owner, key));
+    return value.value_or(Marked<T>{});
+}
+
+Bus read_bus(Reader& reader, const toml::table& table, std::string name, Mark at)
+{
+    const std::string owner = "bus " + name;
+    reader.only(table, owner, bus_keys);
+    Bus bus{.name = std::move(name), .at = at};
+    bus.family = needed(reader, reader.text(table, "family"), at, owner, "family");
+    bus.link = reader.text(table, "link");
+    bus.bit_rate = reader.whole(table, "bit_rate");
+    if (bus.bit_rate && bus.bit_rate->value <= 0)
+        reader.fail(bus.bit_rate->at, "bit_rate must be above 0.");
+    return bus;
+}
+
+void read_mounting(Reader& reader, const toml::table& table, Joint& joint)
+{
+    if (const auto direction = reader.whole(table, "direction")) {
+        if (direction->value != 1 && direction->value != -1)
+            reader.fail(direction->at, "direction must be 1 or -1.");
+        joint.direction = static_cast<int>(direction->value);
+    }
+    if (const auto zero = reader.angle(table, "zero_rad", "zero_deg"))
+        joint.zero_rad = zero->value;
+    if (const auto ratio = reader.real(table, "ratio")) {
+        if (ratio->value <= 0.0)
+            reader.fail(ratio->at, "ratio must be above 0; use direction = -1 to turn the joint round.");
+        joint.ratio = ratio->value;
+    }
+}
+
+void read_limits(Reader& reader, const toml::table& table, Joint& joint)
+{
+    const auto low = reader.angle(table, "position_min_rad", "position_min_deg");
+    const auto high = reader.angle(table, "position_max_rad", "position_max_deg");
+    const auto speed = reader.angle(table, "velocity_max_rad_s", "velocity_max_deg_s");
+    if (low && high && low->value >= high->value)
+        reader.fail(low->at, "the lowest position must be below the highest.");
+    if (speed && speed->value <= 0.0)
+        reader.fail(speed->at, "the greatest velocity must be above 0.");
+    if (low)
+        joint.position_min_rad = low->value;
+    if (high)
+        joint.position_max_rad = high->value;
+    if (speed)
+        joint.velocity_max_rad_s = speed->value;
+}
+
+Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mark at)
+{
+    const std::string owner = "joint " + name;
+    reader.only(table, owner, joint_keys);
+    Joint joint{.name = std::move(name), .at = at};
+    joint.bus = needed(reader, reader.text(table, "bus"), at, owner, "bus");
+    joint.id = needed(reader, reader.whole(table, "id"), at, owner, "id");
+    joint.model = reader.text(table, "model");
+    joint.profile = reader.text(table, "profile");
+    read_mounting(reader, table, joint);
+    read_limits(reader, table, joint);
+    joint.options = reader.settings(reader.section(table, "profile_options"));
+    joint.sim = reader.settings(reader.section(table, "sim"));
+    return joint;
+}
+
+/// The tables of `[KIND.NAME]` in the order of the file.
+template <class T, class Read>
+std::vector<T> read_named(Reader& reader, const toml::table& document, std::string_view kind, Read read)
+{
+    std::vector<T> all;
+    const toml::table* group = reader.section(document, kind);
+    if (!group)
+        return all;
+    for (const auto& [key, node] : *group) {
+        const Mark at = mark_of(key.source());
+        const toml::table* table = node.as_table();
+        if (!table)
+            reader.fail(at, fmt::format("{} must be a table: [{}.NAME].", key.str(), kind));
+        else if (!is_name(key.str()))
+            reader.fail(at, fmt::format("the name '{}' may only have letters, digits, - and _.", key.str()));
+        else
+            all.push_back(read(reader, *table, std::string{key.str()}, at));
+    }
+    std::ranges::sort(all, {}, [](const T& one) { return std::pair{one.at.line, one.at.column}; });
+    return all;
+}
+
+void check_version(Reader& reader, const toml::table& document)
+{
+    const auto version = needed(reader, reader.whole(document, "version"), {1, 1}, "a robot file", "version = 1");
+    if (version.value != 1)
+        reader.fail(version.at, fmt::format("version {} is not known; this sinew reads version 1.", version.value));
+}
+
+void check_buses(Reader& reader, const RobotFile& file)
+{
+    std::vector<std::string_view> names;
+    for (const Bus& bus : file.buses)
+        names.push_back(bus.name);
+    for (const Joint& joint : file.joints)
+        if (!file.find_bus(joint.bus.value)) {
+            const std::string near = did_you_mean(joint.bus.value, names);
+            reader.fail(joint.bus.at,
+                        fmt::format("there is no bus '{}'{}", joint.bus.value, near.empty() ? "." : near));
+        }
+}
+
+} // namespace
+
+const Bus* RobotFile::find_bus(std::string_view bus) const
+{
+    const auto at = std::ranges::find(buses, bus, &Bus::name);
+    return at == buses.end() ? nullptr : &*at;
+}
+
+const Joint* RobotFile::find_joint(std::string_view joint) const
+{
+    const auto at = std::ranges::find(joints, joint, &Joint::name);
+    return at == joints.end() ? nullptr : &*at;
+}
+
+std::unexpected<Error> fail_at(const RobotFile& file, Mark at, std::string what)
+{
+    return fail(Errc::bad_file, fmt::format("{}:{}:{}: {}", file.path, at.line, at.column, what));
+}
+
+std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::string path)
+{
+    RobotFile file{.path = std::move(path)};
+    toml::table document;
+    try {
+        document = toml::parse(text, file.path);
+    } catch (const toml::parse_error& error) {
+        return fail_at(file, mark_of(error.source()), fmt::format("{}.", error.description()));
+    }
+    Reader reader{file};
+    // The version comes first: another one may have other keys.
+    check_version(reader, document);
+    reader.only(document, "a robot file", file_keys);
+    if (auto name = reader.text(document, "name"))
+        file.name = std::move(name->value);
+    file.buses = read_named<Bus>(reader, document, "bus", read_bus);
+    file.joints = read_named<Joint>(reader, document, "joint", read_joint);
+    check_buses(reader, file);
+    if (reader.failed())
+        return std::unexpected(reader.take_error());
+    return file;
+}
+
+std::expected<RobotFile, Error> read_robot_file(const std::filesystem::path& path)
+{
+    const std::string name = path.string();
+    std::error_code code;
+    const auto status = std::filesystem::status(path, code);
+    if (!std::filesystem::exists(status))
+        return fail(Errc::bad_file, fmt::format("{}: there is no such file.", name));
+    if (std::filesystem::is_directory(status))
+        return fail(Errc::bad_file, fmt::format("{}: this is a folder, not a robot file.", name));
+    std::ifstream stream{path, std::ios::binary};
+    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    if (!stream || stream.bad())
+        return fail(Errc::bad_file, fmt::format("{}: it cannot be read; is reading permitted?", name));
+    return parse_robot_file(text, name);
+}
+
+} // namespace sinew::config

@@ -1,0 +1,264 @@
+#include "sinew/base/bytes.hpp"
+#include "sinew/family/families.hpp"
+#include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/options.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <string>
+#include <vector>
+
+namespace sinew {
+namespace {
+
+/// Which of the words that describe a device is wrong, and why.
+struct Problem {
+    enum class Part : std::uint8_t { model, profile, id } part;
+    std::string what;
+};
+
+/// A device in words.
+struct Wish {
+    std::string_view model, profile;
+    std::int64_t id = 0;
+};
+
+template <class Range, class Name>
+std::vector<std::string_view> names_of(const Range& range, Name name)
+{
+    std::vector<std::string_view> names;
+    for (const auto& one : range)
+        names.push_back(name(one));
+    return names;
+}
+
+/// "sam has no model 'SAM-61', did you mean SAM-160? It has SAM-5, …."
+std::string no_such(std::string_view owner, std::string_view kind, std::string_view word,
+                    const std::vector<std::string_view>& names)
+{
+    const std::string near = did_you_mean(word, names);
+    return fmt::format("{} has no {} '{}'{} It has {}.", owner, kind, word, near.empty() ? "." : near,
+                       fmt::join(names, ", "));
+}
+
+// ---- what is special about each family ----
+
+struct SamRules {
+    using Spec = sam::Spec;
+    using Model = sam::Model;
+    static const Model* find_model(std::string_view name) { return sam::find_model(name); }
+    static const Model* default_model() { return nullptr; }
+    static std::string_view line_of(const Model&) { return sam::profiles().front().line.name; }
+    static auto profiles() { return sam::profiles(); }
+    static auto profile_options() { return sam::profile_options(); }
+    static auto device_options() { return sam::device_options(); }
+    static void named(Spec&) {}
+    static void between(Spec& spec) { spec.device.response_level = spec.profile.response_level; }
+    static void finish(Spec& spec) { spec.profile.line.options = spec.profile.options(); }
+};
+
+struct NuriRules {
+    using Spec = nuri::Spec;
+    using Model = nuri::Model;
+    static const Model* find_model(std::string_view name) { return nuri::find_model(name); }
+    static const Model* default_model() { return &nuri::models().front(); }
+    static std::string_view line_of(const Model& model) { return model.line; }
+    static auto profiles() { return nuri::profiles(); }
+    static auto profile_options() { return nuri::profile_options(); }
+    static auto device_options() { return nuri::device_options(); }
+    static void named(Spec&) {}
+    static void between(Spec&) {}
+    /// Without mode 0x0F the line is the manual's list less its last entry (N08).
+    static void finish(Spec& spec)
+    {
+        auto& messages = spec.profile.line.messages;
+        if (!spec.profile.control_direction && messages.back() == &wire::info_of<nuri::SetControlDirection>)
+            messages = messages.first(messages.size() - 1);
+    }
+};
+
+struct RmdRules {
+    using Spec = rmd::Spec;
+    using Model = rmd::Model;
+    static const Model* find_model(std::string_view name) { return rmd::find_model(name); }
+    static const Model* default_model() { return &rmd::models().front(); }
+    static std::string_view line_of(const Model&) { return rmd::profiles().front().line.name; }
+    static auto profiles() { return rmd::profiles(); }
+    static auto profile_options() { return rmd::profile_options(); }
+    static auto device_options() { return rmd::device_options(); }
+    static void named(Spec& spec) { spec.profile.max_speed_confirmed = true; }
+    static void between(Spec&) {}
+    static void finish(Spec& spec) { spec = rmd::make_spec(*spec.model, spec.profile, spec.id, spec.device); }
+};
+
+/// Calls `f` with the rules of a family.
+template <class F>
+auto with_rules(const Family& family, F f)
+{
+    if (family.name == "sam")
+        return f(SamRules{});
+    if (family.name == "nuri")
+        return f(NuriRules{});
+    return f(RmdRules{});
+}
+
+/// Model, profile and id; the options have their defaults and nothing is worked out yet.
+template <class Rules>
+std::expected<typename Rules::Spec, Problem> choose(Rules, const Family& family, const Wish& wish)
+{
+    const auto models = names_of(family.models, [](const ModelInfo& one) { return one.name; });
+    const auto* model = wish.model.empty() ? Rules::default_model() : Rules::find_model(wish.model);
+    if (!model && wish.model.empty())
+        return std::unexpected(
+            Problem{Problem::Part::model, fmt::format("{} needs a model, because every scale depends on it: {}.",
+                                                      family.name, fmt::join(models, ", "))});
+    if (!model)
+        return std::unexpected(Problem{Problem::Part::model, no_such(family.name, "model", wish.model, models)});
+
+    const std::string_view line = wish.profile.empty() ? Rules::line_of(*model) : wish.profile;
+    const auto lines = Rules::profiles();
+    const auto profile = std::ranges::find_if(lines, [&](const auto& one) { return one.line.name == line; });
+    if (profile == lines.end())
+        return std::unexpected(
+            Problem{Problem::Part::profile,
+                    no_such(family.name, "profile", line,
+                            names_of(family.profiles, [](const wire::Profile* one) { return one->name; }))});
+
+    if (!family.ids.contains(wish.id))
+        return std::unexpected(Problem{Problem::Part::id, fmt::format("{} has ids from {} to {}, not {}.", family.name,
+                                                                      family.ids.low, family.ids.high, wish.id)});
+
+    typename Rules::Spec spec{.model = model, .profile = *profile, .id = static_cast<int>(wish.id)};
+    if (!wish.profile.empty())
+        Rules::named(spec);
+    return spec;
+}
+
+template <class Target>
+std::expected<void, Error> apply(const config::RobotFile& file, const std::vector<config::Setting>& settings,
+                                 std::span<const Option<Target>> table, std::string_view owner, std::string_view kind,
+                                 Target& target)
+{
+    for (const config::Setting& setting : settings) {
+        const auto option = std::ranges::find_if(table, [&](const auto& one) { return one.key == setting.key; });
+        if (option == table.end())
+            return config::fail_at(
+                file, setting.at,
+                no_such(owner, kind, setting.key, names_of(table, [](const auto& one) { return one.key; })));
+        if (!option->set(target, setting.value))
+            return config::fail_at(file, setting.at, fmt::format("{} must be {}.", setting.key, option->says));
+    }
+    return {};
+}
+
+config::Mark place_of(const config::Joint& joint, Problem::Part part)
+{
+    if (part == Problem::Part::model && joint.model)
+        return joint.model->at;
+    if (part == Problem::Part::profile && joint.profile)
+        return joint.profile->at;
+    return part == Problem::Part::id ? joint.id.at : joint.at;
+}
+
+std::expected<DeviceSpec, Error> device_of(const config::RobotFile& file, const config::Joint& joint,
+                                           const config::Bus& bus, const Family& family)
+{
+    return with_rules(family, [&]<class Rules>(Rules rules) -> std::expected<DeviceSpec, Error> {
+        const Wish wish{joint.model ? std::string_view{joint.model->value} : std::string_view{},
+                        joint.profile ? std::string_view{joint.profile->value} : std::string_view{}, joint.id.value};
+        auto spec = choose(rules, family, wish);
+        if (!spec)
+            return config::fail_at(file, place_of(joint, spec.error().part), std::move(spec.error().what));
+        spec->device.bit_rate =
+            bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family.default_bit_rate;
+        if (auto done = apply(file, joint.options, Rules::profile_options(), spec->profile.line.name, "profile option",
+                              spec->profile);
+            !done)
+            return std::unexpected(std::move(done.error()));
+        Rules::between(*spec);
+        if (auto done = apply(file, joint.sim, Rules::device_options(), family.name, "sim option", spec->device); !done)
+            return std::unexpected(std::move(done.error()));
+        Rules::finish(*spec);
+        return DeviceSpec{std::move(*spec)};
+    });
+}
+
+std::expected<const Family*, Error> family_of_bus(const config::RobotFile& file, const config::Bus& bus)
+{
+    const Family* family = find_family(bus.family.value);
+    if (!family) {
+        const auto names = names_of(families(), [](const Family* one) { return one->name; });
+        return config::fail_at(file, bus.family.at, no_such("sinew", "family", bus.family.value, names));
+    }
+    const auto is_given = [&](const BitRate& rate) { return rate.bps == bus.bit_rate->value; };
+    if (bus.bit_rate && std::ranges::none_of(family->bit_rates, is_given)) {
+        std::vector<std::uint32_t> rates;
+        for (const BitRate& rate : family->bit_rates)
+            rates.push_back(rate.bps);
+        return config::fail_at(file, bus.bit_rate->at,
+                               fmt::format("{} has no bit rate {}. It has {}.", family->name, bus.bit_rate->value,
+                                           fmt::join(rates, ", ")));
+    }
+    return family;
+}
+
+std::expected<void, Error> check_ids(const config::RobotFile& file)
+{
+    for (std::size_t i = 0; i < file.joints.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            const config::Joint &joint = file.joints[i], &earlier = file.joints[j];
+            if (joint.bus.value == earlier.bus.value && joint.id.value == earlier.id.value)
+                return config::fail_at(file, joint.id.at,
+                                       fmt::format("id {} on bus {} belongs to joint {} already (line {}).",
+                                                   joint.id.value, joint.bus.value, earlier.name, earlier.id.at.line));
+        }
+    return {};
+}
+
+} // namespace
+
+std::expected<DeviceSpec, Error> make_spec(const Family& family, std::string_view model, std::string_view profile,
+                                           int id)
+{
+    return with_rules(family, [&]<class Rules>(Rules rules) -> std::expected<DeviceSpec, Error> {
+        auto spec = choose(rules, family, Wish{model, profile, id});
+        if (!spec) {
+            const bool id_is_bad = spec.error().part == Problem::Part::id;
+            auto error = fail(id_is_bad ? Errc::bad_id : Errc::unknown_name, std::move(spec.error().what));
+            if (id_is_bad) {
+                error.error().value = id;
+                error.error().low = family.ids.low;
+                error.error().high = family.ids.high;
+            }
+            return error;
+        }
+        spec->device.bit_rate = family.default_bit_rate;
+        Rules::between(*spec);
+        Rules::finish(*spec);
+        return DeviceSpec{std::move(*spec)};
+    });
+}
+
+std::expected<ResolvedRobot, Error> resolve(const config::RobotFile& file)
+{
+    for (const config::Bus& bus : file.buses)
+        if (auto family = family_of_bus(file, bus); !family)
+            return std::unexpected(std::move(family.error()));
+    ResolvedRobot robot;
+    for (const config::Joint& joint : file.joints) {
+        const config::Bus* bus = file.find_bus(joint.bus.value);
+        if (!bus)
+            return config::fail_at(file, joint.bus.at, fmt::format("there is no bus {}.", joint.bus.value));
+        const Family& family = *find_family(bus->family.value);
+        auto device = device_of(file, joint, *bus, family);
+        if (!device)
+            return std::unexpected(std::move(device.error()));
+        robot.joints.push_back({&joint, bus, &family, std::move(*device)});
+    }
+    if (auto fine = check_ids(file); !fine)
+        return std::unexpected(std::move(fine.error()));
+    return robot;
+}
+
+} // namespace sinew
