@@ -12,10 +12,8 @@
 #include <cstdlib>
 #include <vector>
 
-namespace sinew::test
-{
-namespace
-{
+namespace sinew::test {
+namespace {
 
 template <class List>
 std::vector<TypedCodec> typed_codecs()

@@ -6,8 +6,7 @@
 #include <string_view>
 
 /// The three families as the manuals have them, for tests that treat them alike.
-namespace sinew::test
-{
+namespace sinew::test {
 
 /// Decodes a frame with the typed codec of one message and encodes what came out.
 using Again = std::expected<wire::Frame, Error> (*)(const wire::Frame&, wire::Options);

@@ -4,8 +4,7 @@
 #include <type_traits>
 
 /// Visits the typed messages, so that one test body serves all of them.
-namespace sinew::test
-{
+namespace sinew::test {
 
 template <class M, wire::Direction D>
 inline constexpr bool side_exists =
