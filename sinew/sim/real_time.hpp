@@ -1,0 +1,61 @@
+#pragma once
+#include "sinew/link/clock.hpp"
+#include "sinew/sim/world.hpp"
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sinew::sim {
+
+class PtyPort;
+
+/// A robot behind pseudo terminals in real time: any program opens its serial ports as it would open hardware. Serial
+/// buses are bare bytes, and devices answer only when the program set their bit rate; CAN buses are SLCAN adapters, and
+/// the rate that the program chose with S counts. Programs may come and go.
+class RealTimeSimulator
+{
+public:
+    struct BusLink {
+        std::string bus;
+        std::string_view family;
+        std::string uri; ///< "serial:/dev/pts/5?baud=1500000", "slcan:/dev/pts/7?bitrate=1000000"
+    };
+
+    /// `link_failed` when there are no pseudo terminals. The clock, a real one, must outlive the simulator.
+    static std::expected<std::unique_ptr<RealTimeSimulator>, Error> make(const config::RobotFile& file,
+                                                                         link::Clock& clock);
+    ~RealTimeSimulator();
+
+    std::span<const BusLink> links() const { return links_; } ///< in the order of the file
+
+    /// Serves all buses in this thread until the flag is set or `until` is reached. It sleeps while nothing is to be
+    /// done, and looks at the flag at least every `idle_step`; a signal wakes it at once. Time that passes outside
+    /// `run` passes for the world as well.
+    void run(const std::atomic<bool>& stop, TimePoint until = TimePoint::max());
+
+    /// How often something was due more than `late_limit` before it was done, because the machine had other work.
+    /// Readable from any thread.
+    std::uint64_t late() const { return late_.load(std::memory_order_relaxed); }
+    World& world() { return *world_; } ///< only from the thread that runs it
+
+    static constexpr Duration idle_step = std::chrono::milliseconds{50};
+    static constexpr Duration late_limit = std::chrono::milliseconds{10};
+
+private:
+    RealTimeSimulator(std::unique_ptr<World> world, link::Clock& clock);
+    void serve(TimePoint now);
+    TimePoint world_time() const { return TimePoint{} + (clock_->now() - power_on_); }
+
+    std::unique_ptr<World> world_;
+    link::Clock* clock_;
+    TimePoint power_on_;
+    std::vector<BusLink> links_;
+    std::vector<std::unique_ptr<PtyPort>> ports_;
+    std::atomic<std::uint64_t> late_ = 0;
+};
+
+} // namespace sinew::sim

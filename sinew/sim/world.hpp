@@ -1,0 +1,64 @@
+#pragma once
+#include "sinew/config/robot_file.hpp"
+#include "sinew/family/families.hpp"
+#include "sinew/sim/firmware/device.hpp"
+#include "sinew/sim/wire/can_wire.hpp"
+#include "sinew/sim/wire/serial_wire.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace sinew::sim {
+
+/// One bus of a world: its copper, and what its robot file says about it.
+struct WorldBus {
+    std::string name;
+    const Family* family = nullptr;
+    std::uint32_t bit_rate = 0; ///< at which its devices begin, unless they are told otherwise
+    std::variant<SerialWire, CanWire> wire;
+};
+
+/// The other end of all wires of a robot: simulated devices on simulated copper, in a time of its own that begins at
+/// `TimePoint{}` with power-on. Nothing in it happens by itself: whoever owns it moves it on. Single-threaded; no heap
+/// once it is made.
+class World
+{
+public:
+    /// Checks the robot file as `resolve` does. The file is not needed afterwards.
+    static std::expected<std::unique_ptr<World>, Error> make(const config::RobotFile& file);
+
+    TimePoint now() const { return now_; }
+    /// When something happens next on a wire; `TimePoint::max()`: nothing will until a host sends.
+    TimePoint next_event() const;
+    /// Runs all wires up to `until` and makes it the present. Devices follow when they hear something or are looked at,
+    /// so that time in which nothing happens costs nothing. Earlier than now: does nothing.
+    void advance(TimePoint until);
+    /// Brings every device to the present, so that none has a long past to catch up with when it is asked.
+    void advance_devices();
+
+    std::span<WorldBus> buses() { return buses_; } ///< in the order of the file
+    /// `link_not_found` that names the buses there are. An empty name is the bus of a robot that has one only.
+    std::expected<WorldBus*, Error> find_bus(std::string_view name);
+
+    Device* find_device(std::string_view joint); ///< nullptr: none
+    /// What the device of a joint is doing now. `unknown_name` suggests the nearest.
+    std::expected<Look, Error> look(std::string_view joint);
+
+private:
+    struct Inhabitant {
+        std::string joint;
+        std::unique_ptr<Device> device;
+    };
+
+    World() = default;
+
+    TimePoint now_{};
+    std::vector<Inhabitant> inhabitants_;
+    std::vector<WorldBus> buses_;
+};
+
+} // namespace sinew::sim
