@@ -44,11 +44,11 @@ void SamMotion::power_on()
 
 void SamMotion::step()
 {
+    if (too_hot() && mode_ == sam::Mode::position)
+        plant_.release(); // L714
     plant_.step();
     now_ = (now_ + 1) % past_.size();
     past_[now_] = plant_.position_rad();
-    if (too_hot() && mode_ == sam::Mode::position)
-        plant_.release(); // L714
 }
 
 void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary,

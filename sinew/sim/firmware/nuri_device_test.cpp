@@ -1,0 +1,315 @@
+#include "sinew/sim/firmware/nuri_device.hpp"
+
+#include "sinew/base/units.hpp"
+#include "sinew/sim/firmware/bench_for_tests.hpp"
+#include "sinew/sim/firmware/ratings.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sinew::sim {
+namespace {
+
+using namespace std::chrono_literals;
+using NuriBench = Bench<NuriDevice>;
+using enum nuri::Rotation;
+
+constexpr std::size_t rsa = 0;
+constexpr std::size_t mc = 1;
+
+nuri::Spec spec_of(std::size_t line = rsa)
+{
+    return {.model = nuri::find_model(line == rsa ? "RSA" : "MC"), .profile = nuri::profiles()[line], .id = 3};
+}
+
+/// Lets the device of the bench hear the sample of the message.
+std::optional<Answer> hear_sample(NuriBench& bench, const wire::MessageInfo& message, int id)
+{
+    const auto frame = wire::encode(message, wire::Direction::request, id, sample_values(message, {}));
+    EXPECT_TRUE(frame) << message.name();
+    return frame ? bench.device.hear(*frame, bench.now) : std::nullopt;
+}
+
+TEST(NuriDevice, AnswersFeedbackRequestsOfBothLinesAndNothingElse)
+{
+    for (const std::size_t line : {rsa, mc}) {
+        const nuri::Spec spec = spec_of(line);
+        int requests = 0;
+        for (const auto* message : spec.profile.line.messages) {
+            if (!message->request.exists())
+                continue;
+            ++requests;
+            NuriBench bench(spec);
+            const auto answer = hear_sample(bench, *message, 3);
+            EXPECT_EQ(answer.has_value(), message->reply.exists()) << message->name();
+            if (answer) {
+                EXPECT_TRUE(wire::decode(*message, wire::Direction::reply, answer->frame)) << message->name();
+            }
+        }
+        EXPECT_EQ(requests, line == rsa ? 24 : 29);
+    }
+}
+
+TEST(NuriDevice, ObeysTheBroadcastWithoutAWord)
+{
+    NuriBench bench(spec_of());
+    EXPECT_FALSE(bench.send(255, nuri::SetResponseTime{.response_time = 9}));
+    EXPECT_EQ(bench.ask(nuri::RequestResponseTimeFeedback{}).response_time, 9);
+}
+
+TEST(NuriDevice, ObeysNobodyElsesId)
+{
+    NuriBench bench(spec_of());
+    EXPECT_FALSE(bench.send(4, nuri::SetResponseTime{.response_time = 9}));
+    EXPECT_FALSE(bench.send(4, nuri::RequestPing{}));
+    EXPECT_EQ(bench.ask(nuri::RequestResponseTimeFeedback{}).response_time, 1);
+}
+
+TEST(NuriDevice, WaitsItsResponseTimeInSteps)
+{
+    NuriBench bench(spec_of());
+    EXPECT_EQ(bench.send(nuri::RequestPing{})->delay, 100us);
+    bench.send(nuri::SetResponseTime{.response_time = 254});
+    EXPECT_EQ(bench.send(nuri::RequestPing{})->delay, 25'400us);
+    bench.send(nuri::SetResponseTime{.response_time = 0});
+    EXPECT_EQ(bench.send(nuri::RequestPing{})->delay, 0us);
+}
+
+TEST(NuriDevice, StartsWithTheSettingsOfItsProfile)
+{
+    auto spec = spec_of();
+    spec.profile.response_time_us = 700.0;
+    spec.profile.external_gear_ratio = 2.5;
+    NuriBench bench(spec);
+    EXPECT_EQ(bench.ask(nuri::RequestResponseTimeFeedback{}).response_time, 7);
+    EXPECT_EQ(bench.ask(nuri::RequestGearRatioFeedback{}).gear_ratio, 25);
+}
+
+TEST(NuriDevice, KeepsItsSettingsAtPowerOffUnlessBuiltNotTo)
+{
+    for (const bool persist : {true, false}) {
+        auto spec = spec_of();
+        spec.device.settings_persist = persist;
+        NuriBench bench(spec);
+        bench.send(nuri::SetPositionController{
+            .position_kp = 1, .position_ki = 2, .position_kd = 3, .position_rated_current = 4});
+        bench.send(nuri::SetSpeedController{.speed_kp = 5, .speed_ki = 6, .speed_kd = 7, .speed_rated_current = 8});
+        bench.send(nuri::SetPositionControlMode{.position_mode = nuri::PositionMode::relative});
+        bench.send(nuri::SetControlOnOff{.control = nuri::Control::off});
+        bench.device.power_cycle();
+        const auto position = bench.ask(nuri::RequestPositionControllerFeedback{});
+        const auto speed = bench.ask(nuri::RequestSpeedControllerFeedback{});
+        EXPECT_EQ(position.position_kp == 1 && position.position_ki == 2 && position.position_kd == 3 &&
+                      position.position_rated_current == 4,
+                  persist);
+        EXPECT_EQ(speed.speed_kp == 5 && speed.speed_rated_current == 8, persist);
+        EXPECT_EQ(bench.ask(nuri::RequestPositionModeFeedback{}).position_mode == nuri::PositionMode::relative,
+                  persist);
+        EXPECT_EQ(bench.ask(nuri::RequestControlOnOffFeedback{}).control == nuri::Control::off, persist);
+    }
+}
+
+TEST(NuriDevice, IgnoresMoreThanItsRatedCurrent)
+{
+    NuriBench bench(spec_of());
+    const auto before = bench.ask(nuri::RequestPositionControllerFeedback{});
+    EXPECT_EQ(before.position_rated_current, 30);
+    bench.send(nuri::SetPositionController{.position_kp = 9, .position_rated_current = 31});
+    EXPECT_EQ(bench.ask(nuri::RequestPositionControllerFeedback{}).position_kp, before.position_kp);
+}
+
+TEST(NuriDevice, TakesAnotherIdAndBitRateAtOnce)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetId{.new_id = 77});
+    EXPECT_EQ(bench.device.id(), 77);
+    EXPECT_FALSE(bench.send(3, nuri::RequestPing{}));
+    bench.send(nuri::SetBaudRate{.baud_code = 0x0D});
+    EXPECT_EQ(bench.device.bit_rate(), 115'200U);
+}
+
+TEST(NuriDevice, FactoryResetRestoresEverything)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetBaudRate{.baud_code = 0x0D});
+    bench.send(nuri::SetExternalGearRatio{.gear_ratio = 50});
+    bench.send(nuri::SetControlOnOff{.control = nuri::Control::off});
+    bench.send(nuri::FactoryReset{});
+    EXPECT_EQ(bench.device.id(), 0);
+    EXPECT_EQ(bench.device.bit_rate(), 9600U);
+    EXPECT_EQ(bench.ask(nuri::RequestGearRatioFeedback{}).gear_ratio, 10);
+    EXPECT_EQ(bench.ask(nuri::RequestControlOnOffFeedback{}).control, nuri::Control::on);
+    bench.device.power_cycle();
+    EXPECT_EQ(bench.device.id(), 0);
+}
+
+TEST(NuriDevice, OfTheMcLineTakes0x0CAnd0x0DForItsOwnCommands)
+{
+    NuriBench bench(spec_of(mc));
+    bench.send(nuri::mc::SetControlOnOff{.control = nuri::Control::off});
+    bench.send(nuri::mc::SetPositionControlMode{.position_mode = nuri::PositionMode::relative});
+    EXPECT_EQ(bench.device.id(), 3);
+    EXPECT_EQ(bench.ask(nuri::mc::RequestControlOnOffFeedback{}).control, nuri::Control::off);
+    EXPECT_EQ(bench.ask(nuri::mc::RequestPositionModeFeedback{}).position_mode, nuri::PositionMode::relative);
+    bench.send(nuri::mc::SetRatedSpeed{.rated_speed = 3000});
+    bench.send(nuri::mc::SetResolution{.resolution = 1024});
+    bench.send(nuri::mc::SetControlDirection{.control_direction = clockwise});
+    EXPECT_EQ(bench.ask(nuri::mc::RequestRatedSpeedFeedback{}).rated_speed, 3000);
+    EXPECT_EQ(bench.ask(nuri::mc::RequestResolutionFeedback{}).resolution, 1024);
+    EXPECT_EQ(bench.ask(nuri::mc::RequestControlDirectionFeedback{}).control_direction, clockwise);
+}
+
+TEST(NuriDevice, SwitchesOffToAFreeShaftAndForgetsItsTarget)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
+    bench.run(500ms);
+    bench.send(nuri::SetControlOnOff{.control = nuri::Control::off});
+    bench.run(5s);
+    const double rest = bench.device.look().position_rad;
+    EXPECT_LT(rest, units::rad(80.0));
+    EXPECT_EQ(bench.device.look().mode, "off");
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
+    bench.send(nuri::SetControlOnOff{.control = nuri::Control::on});
+    bench.run(5s);
+    EXPECT_EQ(bench.device.look().position_rad, rest);
+}
+
+TEST(NuriDevice, CarriesOutWhatCameWhileOffWhenBuiltSo)
+{
+    auto spec = spec_of();
+    spec.device.off_keeps_target = true;
+    NuriBench bench(spec);
+    bench.send(nuri::SetControlOnOff{.control = nuri::Control::off});
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
+    bench.run(1s);
+    EXPECT_EQ(bench.device.look().position_rad, 0.0);
+    bench.send(nuri::SetControlOnOff{.control = nuri::Control::on});
+    bench.run(10s);
+    EXPECT_DOUBLE_EQ(bench.device.look().position_rad, units::rad(90.0));
+}
+
+// ---- motion ----
+
+TEST(NuriMotion, ArrivesAtTheCommandedSpeed)
+{
+    const auto spec = spec_of();
+    NuriBench bench(spec);
+    const double velocity = units::rad_s_from_rpm(5.0);
+    const double distance = units::rad(90.0);
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
+    const double time_s = distance / velocity + velocity / rating_of(spec).acceleration_max_rad_s2;
+    bench.run(1s);
+    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, velocity);
+    int steps = 1000;
+    while (bench.device.look().position_rad != distance && ++steps < 10'000)
+        bench.run(1ms);
+    EXPECT_NEAR(steps, time_s * 1000.0, 1.0);
+}
+
+TEST(NuriMotion, ReachesAPositionInTheGivenTime)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::AccelPositionControl{clockwise, 18'000, 20});
+    int steps = 0;
+    while (bench.device.look().position_rad != units::rad(-180.0) && ++steps < 10'000)
+        bench.run(1ms);
+    EXPECT_NEAR(steps, 2000, 1);
+}
+
+TEST(NuriMotion, ReachesASpeedInTheGivenTimeByALinearRamp)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::AccelSpeedControl{clockwise, 100, 10});
+    bench.run(500ms);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, units::rad_s_from_rpm(-5.0), 1e-9);
+    bench.run(500ms);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, units::rad_s_from_rpm(-10.0), 1e-9);
+    const auto feedback = bench.ask(nuri::RequestSpeedFeedback{});
+    EXPECT_EQ(feedback.speed_direction, clockwise);
+    EXPECT_EQ(feedback.speed, 100);
+}
+
+TEST(NuriMotion, TellsPositionsInHundredthsAndInSpeedFeedbackInTenths)
+{
+    auto spec = spec_of();
+    spec.device.start_rad = units::rad(-123.45);
+    NuriBench bench(spec);
+    const auto near = bench.ask(nuri::RequestPositionFeedback{});
+    EXPECT_EQ(near.position_direction, clockwise);
+    EXPECT_EQ(near.position, 12'345);
+    EXPECT_EQ(near.speed, 0);
+    const auto far = bench.ask(nuri::RequestSpeedFeedback{});
+    EXPECT_EQ(far.speed_direction, counter_clockwise);
+    EXPECT_NEAR(far.position, 1234.5, 0.5);
+}
+
+TEST(NuriMotion, ClampsOrWrapsPositionsBeyondItsFeedback)
+{
+    auto spec = spec_of();
+    spec.device.start_rad = units::rad(700.0);
+    EXPECT_EQ(NuriBench(spec).ask(nuri::RequestPositionFeedback{}).position, 65'533);
+    EXPECT_EQ(NuriBench(spec).ask(nuri::RequestSpeedFeedback{}).position, 7000);
+    spec.profile.position_feedback_limit = nuri::PositionFeedbackLimit::wrap;
+    EXPECT_EQ(NuriBench(spec).ask(nuri::RequestPositionFeedback{}).position, 70'000 - 65'534);
+}
+
+TEST(NuriMotion, TurnsCounterClockwiseToThePositiveSideUnlessTheProfileSaysOtherwise)
+{
+    for (const bool positive : {true, false}) {
+        auto spec = spec_of();
+        spec.profile.ccw_positive = positive;
+        NuriBench bench(spec);
+        bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+        bench.run(5s);
+        EXPECT_DOUBLE_EQ(bench.device.look().position_rad, units::rad(positive ? 10.0 : -10.0));
+        EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position_direction, counter_clockwise);
+    }
+}
+
+TEST(NuriMotion, AddsRelativePositionsToWhereItIs)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetPositionControlMode{.position_mode = nuri::PositionMode::relative});
+    for (int i = 0; i < 2; ++i) {
+        bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+        bench.run(5s);
+    }
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(20.0), 1e-12);
+}
+
+TEST(NuriMotion, CallsThePresentPositionZero)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+    bench.run(5s);
+    bench.send(nuri::ResetPosition{});
+    EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position, 0);
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+    bench.run(5s);
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(20.0), 1e-12);
+}
+
+TEST(NuriMotion, MeansTheShaftBehindTheExternalGear)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetExternalGearRatio{.gear_ratio = 30});
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+    bench.run(500ms);
+    EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position, 1000);
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(30.0), 1e-12);
+}
+
+TEST(NuriMotion, InvertsItsDirectionOfControl)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetControlDirection{.control_direction = 1});
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+    bench.run(5s);
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(-10.0), 1e-12);
+    EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position_direction, counter_clockwise);
+}
+
+} // namespace
+} // namespace sinew::sim

@@ -1,0 +1,218 @@
+#include "sinew/base/units.hpp"
+#include "sinew/sim/firmware/bench_for_tests.hpp"
+#include "sinew/sim/firmware/ratings.hpp"
+#include "sinew/sim/firmware/rmd_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sinew::sim {
+namespace {
+
+using namespace std::chrono_literals;
+using RmdBench = Bench<RmdDevice>;
+using enum rmd::Spin;
+
+rmd::Spec spec_of(std::string_view line = "rmd-2.35", const rmd::DeviceOptions& device = {})
+{
+    for (const rmd::Profile& profile : rmd::profiles())
+        if (profile.line.name == line)
+            return rmd::make_spec(*rmd::find_model("MF"), profile, 2, device);
+    ADD_FAILURE() << "no line " << line;
+    return {};
+}
+
+double degrees(const RmdBench& bench)
+{
+    return units::deg(bench.device.look().position_rad);
+}
+
+double degrees_per_second(const RmdBench& bench)
+{
+    return units::deg(bench.device.look().velocity_rad_s);
+}
+
+TEST(RmdMotion, TurnsAtTheCommandedSpeedAndTellsIt)
+{
+    RmdBench bench(spec_of());
+    bench.ask(rmd::SpeedClosedLoop{.speed = -36'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), -360.0, 1e-9);
+    EXPECT_EQ(bench.ask(rmd::ReadStatus2{}).speed, -360);
+}
+
+TEST(RmdMotion, ArrivesWhenSpeedAndAccelerationSay)
+{
+    RmdBench bench(spec_of());
+    bench.ask(rmd::WriteAccelerationRam{.acceleration = 1000});
+    bench.ask(rmd::MultiLoopAngleSpeed{.max_speed = 36'000, .angle = 180'000}); // 360 dps, 1800 deg
+    const double target = units::rad(1800.0);
+    int steps = 0;
+    while (bench.device.look().position_rad != target && ++steps < 20'000)
+        bench.run(1ms);
+    EXPECT_NEAR(steps, 5000 + 360, 1);
+}
+
+TEST(RmdMotion, ReadsMaxSpeedInTheScaleOfItsProfile)
+{
+    auto spec = spec_of();
+    spec.profile.max_speed_lsb_dps = 1.0;
+    RmdBench bench(spec);
+    bench.ask(rmd::MultiLoopAngleSpeed{.max_speed = 90, .angle = 1'000'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 90.0, 1e-9);
+    RmdBench manual(spec_of());
+    manual.ask(rmd::MultiLoopAngleSpeed{.max_speed = 9000, .angle = 1'000'000});
+    manual.run(1s);
+    EXPECT_NEAR(degrees_per_second(manual), 90.0, 1e-9);
+}
+
+TEST(RmdMotion, LimitsPositionOrdersBySpeedAndAngleOfTheParameters)
+{
+    RmdBench bench(spec_of("rmd-2.35", {.max_speed_dps = 200.0, .max_angle_deg = 300.0}));
+    bench.ask(rmd::MultiLoopAngle{.angle = -90'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), -200.0, 1e-9);
+    bench.run(5s);
+    EXPECT_NEAR(degrees(bench), -300.0, 1e-9);
+    bench.ask(rmd::WriteParameterRam{rmd::ParameterId::max_speed, 5'000});
+    bench.ask(rmd::WriteParameterRam{rmd::ParameterId::max_angle_low, 0});
+    bench.ask(rmd::MultiLoopAngle{.angle = 90'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 50.0, 1e-9);
+    bench.run(30s);
+    EXPECT_NEAR(degrees(bench), 900.0, 1e-9);
+}
+
+TEST(RmdMotion, GoesRoundInTheGivenDirectionToASingleTurnAngle)
+{
+    RmdBench bench(spec_of());
+    bench.ask(rmd::SingleLoopAngle{.spin_direction = clockwise, .angle = 27'000});
+    bench.run(5s);
+    EXPECT_NEAR(degrees(bench), 270.0, 1e-9);
+    bench.ask(rmd::SingleLoopAngle{.spin_direction = clockwise, .angle = 1'000});
+    bench.run(5s);
+    EXPECT_NEAR(degrees(bench), 370.0, 1e-9);
+    bench.ask(rmd::SingleLoopAngleSpeed{.spin_direction = counter_clockwise, .max_speed = 36'000, .angle = 2'000});
+    bench.run(5s);
+    EXPECT_NEAR(degrees(bench), 20.0, 1e-9);
+    for (const auto spin : {clockwise, counter_clockwise}) {
+        bench.ask(rmd::SingleLoopAngle{.spin_direction = spin, .angle = 2'000});
+        bench.run(5s);
+        EXPECT_NEAR(degrees(bench), 20.0, 1e-9);
+    }
+}
+
+TEST(RmdMotion, AddsIncrementsToTheTargetOrToThePosition)
+{
+    for (const auto base : {rmd::IncrementBase::target, rmd::IncrementBase::position}) {
+        RmdBench bench(spec_of("rmd-2.35", {.increment_base = base}));
+        bench.ask(rmd::IncrementAngle{.angle = 9'000});
+        bench.ask(rmd::IncrementAngleSpeed{.max_speed = 36'000, .angle = -3'000});
+        bench.run(5s);
+        EXPECT_NEAR(degrees(bench), base == rmd::IncrementBase::target ? 60.0 : -30.0, 1e-9);
+    }
+}
+
+TEST(RmdMotion, IsPushedByATorqueCurrentUpToItsNoLoadSpeed)
+{
+    const Rating rating = rating_of(spec_of());
+    RmdBench bench(spec_of());
+    bench.ask(rmd::TorqueClosedLoop{.iq = -1024});
+    bench.run(10ms);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, -(0.5 - 0.1) * rating.acceleration_max_rad_s2 * 0.010, 1e-9);
+    bench.run(1s);
+    EXPECT_EQ(bench.device.look().velocity_rad_s, -rating.velocity_max_rad_s);
+}
+
+TEST(RmdMotion, DrivesToTheSpeedOfItsOpenLoopPower)
+{
+    RmdBench bench(spec_of());
+    EXPECT_EQ(bench.ask(rmd::TorqueOpenLoop{.power = 425}).power, 425);
+    bench.run(1s);
+    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, rating_of(spec_of()).velocity_max_rad_s / 2.0);
+}
+
+TEST(RmdMotion, StopsKeepingItsOrderAndRunsOn)
+{
+    RmdBench bench(spec_of());
+    bench.ask(rmd::MultiLoopAngleSpeed{.max_speed = 9'000, .angle = 36'000});
+    bench.run(1s);
+    bench.ask(rmd::MotorStop{});
+    bench.run(1s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    EXPECT_LT(degrees(bench), 100.0);
+    EXPECT_EQ(bench.device.look().mode, "stopped");
+    bench.ask(rmd::MotorRunning{});
+    bench.run(5s);
+    EXPECT_NEAR(degrees(bench), 360.0, 1e-9);
+}
+
+TEST(RmdMotion, SwitchesOffAndForgetsItsOrder)
+{
+    RmdBench bench(spec_of());
+    bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    bench.ask(rmd::MotorOff{});
+    EXPECT_EQ(bench.device.look().mode, "off");
+    bench.run(10s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    bench.ask(rmd::MotorRunning{});
+    bench.run(1s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    bench.ask(rmd::MotorOff{});
+    bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+}
+
+TEST(RmdMotion, OfAnLkMotorThatIsOffAnswersButWaitsForRunning)
+{
+    RmdBench bench(spec_of("lk-2.35"));
+    bench.ask(rmd::MotorOff{});
+    bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    bench.ask(rmd::MotorRunning{});
+    bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+}
+
+TEST(RmdMotion, HasNoTorqueToTurnWithWhereTheSpeedOrderCarriesACurrentOfZero)
+{
+    RmdBench bench(spec_of("lk-2.36"));
+    bench.ask(rmd::lk_2_36::SpeedClosedLoop{.iq = 0, .speed = 36'000});
+    bench.run(1s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    bench.ask(rmd::lk_2_36::SpeedClosedLoop{.iq = 500, .speed = 36'000});
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+}
+
+TEST(RmdMotion, StandsStillWhileItsBrakeIsEngaged)
+{
+    RmdBench bench(spec_of("lk-2.35"));
+    EXPECT_EQ(bench.ask(rmd::lk::BrakeControl{.brake = 0}).brake, 0);
+    bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    EXPECT_EQ(degrees(bench), 0.0);
+    EXPECT_EQ(bench.ask(rmd::lk::BrakeControl{.brake = 0x10}).brake, 0);
+    EXPECT_EQ(bench.ask(rmd::lk::BrakeControl{.brake = 1}).brake, 1);
+    bench.run(1s);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+}
+
+TEST(RmdMotion, StartsAgainAtASystemReset)
+{
+    RmdBench bench(spec_of("myactuator-3"));
+    bench.ask(rmd::myactuator::SpeedClosedLoop{.speed = 36'000});
+    bench.run(1s);
+    EXPECT_FALSE(bench.send(rmd::myactuator::SystemReset{}));
+    bench.run(10s);
+    EXPECT_EQ(degrees_per_second(bench), 0.0);
+}
+
+} // namespace
+} // namespace sinew::sim
