@@ -1,12 +1,10 @@
 #include "sinew/family/nuri/framing.hpp"
 
-#include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/nuri/lines.hpp"
 #include "sinew/wire/select.hpp"
 
-namespace sinew::nuri
-{
-namespace
-{
+namespace sinew::nuri {
+namespace {
 
 constexpr std::size_t before_payload = 6; // header, id, size, checksum, mode
 constexpr std::size_t largest = 12;       // position and speed feedback
@@ -23,7 +21,7 @@ Scan Framing::find_request(std::span<const std::uint8_t> bytes, bool silent) con
             continue;
         const std::size_t size = rest.size() > 3 ? rest[3] + 4U : before_payload;
         // The mode tells at the sixth byte whether the size can be right; modes that nobody documents have any.
-        if (rest.size() >= before_payload && sizes_[rest[5]] != 0 && sizes_[rest[5]] != size)
+        if (rest.size() >= before_payload && sizes_[rest[5]] != 0 && (sizes_[rest[5]] >> size & 1U) == 0)
             continue;
         if (rest.size() < size) {
             if (silent)
@@ -64,7 +62,7 @@ std::expected<Request, Error> Framing::probe(int id) const
 
 const Protocol& protocol()
 {
-    static const Framing the_protocol{manual_messages};
+    static const Framing the_protocol{{manual_messages, mc::messages}};
     return the_protocol;
 }
 

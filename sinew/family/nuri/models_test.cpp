@@ -1,5 +1,6 @@
 #include "sinew/family/nuri/models.hpp"
 
+#include "sinew/family/nuri/framing.hpp"
 #include "sinew/family/nuri/lines.hpp"
 #include "sinew/wire/codec.hpp"
 
@@ -83,6 +84,28 @@ TEST(NuriRows, McSettingsAreEncodedWithTheirOwnModes)
               (std::vector<std::uint8_t>{0xFF, 0xFE, 0x01, 0x04, 0xE0, 0x0A, 0x10, 0x00}));
     const auto reply = wire::encode_reply<mc::RequestGearRatioFeedback>(1, {.gear_ratio = 300});
     EXPECT_EQ(bytes(*reply), (std::vector<std::uint8_t>{0xFF, 0xFE, 0x01, 0x04, 0xF5, 0xD8, 0x01, 0x2C}));
+}
+
+TEST(NuriRows, FramesOfBothLinesAreFoundOnTheWire)
+{
+    // Mode 0x0A is one byte longer on MC; no line has it with nine bytes.
+    for (const auto& frame :
+         {wire::encode_request(1, SetControlOnOff{}), wire::encode_request(1, mc::SetResolution{})}) {
+        const wire::Scan scan = protocol().find_request(std::span(frame->data).first(frame->size), false);
+        EXPECT_EQ(scan.skip, 0U);
+        EXPECT_EQ(scan.size, frame->size);
+    }
+    const std::array<std::uint8_t, 9> longer{0xFF, 0xFE, 0x01, 0x05, 0xEF, 0x0A, 0x00, 0x00, 0x00};
+    EXPECT_EQ(protocol().find_request(longer, true).size, 0U);
+}
+
+TEST(NuriRows, AFrameIsNamedByTheLineOfItsDevice)
+{
+    const auto frame = wire::encode_request(1, mc::SetControlOnOff{Control::off});
+    EXPECT_EQ(protocol().identify(*frame, wire::Direction::request, mc_line)->name(), "set-control-on-off");
+    const auto bare = wire::encode_request(1, ResetPosition{});
+    EXPECT_EQ(protocol().identify(*bare, wire::Direction::request, rsa)->name(), "reset-position");
+    EXPECT_EQ(protocol().identify(*bare, wire::Direction::request, mc_line), nullptr) << "too short for 0x0C of MC";
 }
 
 TEST(NuriProfile, ResponseTimeIsThatOfTheDevice)
