@@ -78,12 +78,14 @@ std::span<const link::Handle> Bus::handles()
     return handles_;
 }
 
-void Bus::lose(Error error)
+void Bus::end_with(const Error& error)
 {
-    lost_ = true;
-    lost_error_ = std::move(error);
+    // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
+    lost_ = !link_state().open;
+    lost_error_ = error;
     pending_ = nullptr;
-    conversation_.abandon(lost_error_);
+    written_ = 0;
+    conversation_.abandon(error);
 }
 
 void Bus::read_link()
@@ -93,7 +95,7 @@ void Bus::read_link()
         for (;;) {
             const auto got = (*bytes)->read(buffer);
             if (!got)
-                return lose(got.error());
+                return end_with(got.error());
             if (got->count == 0)
                 return;
             const auto part = std::span(buffer).first(got->count);
@@ -106,7 +108,7 @@ void Bus::read_link()
     for (;;) {
         const auto got = std::get<std::unique_ptr<link::CanLink>>(link_)->read(frames);
         if (!got)
-            return lose(got.error());
+            return end_with(got.error());
         if (got->count == 0)
             return;
         for (const auto& frame : std::span(frames).first(got->count)) {
@@ -129,7 +131,7 @@ bool Bus::write_pending()
             *wrote *= pending_->size;
     }
     if (!wrote) {
-        lose(wrote.error());
+        end_with(wrote.error());
         return true;
     }
     if (tap_ && first && *wrote > 0)

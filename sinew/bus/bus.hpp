@@ -90,7 +90,7 @@ public:
 private:
     void read_link();
     bool write_pending();
-    void lose(Error error);
+    void end_with(const Error& error);
     std::expected<wire::Frame, Error> one(const wire::Request& request);
 
     std::string name_;

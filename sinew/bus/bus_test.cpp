@@ -135,6 +135,35 @@ TEST(Bus, EndsEveryCallWithTheReasonWhenTheLinkHangsUp)
     EXPECT_EQ(rig.bus->call(3, fake::Read{}).error().code, Errc::link_lost);
 }
 
+/// An adapter that refuses one frame and stays open.
+class RefusingLink final : public link::ByteLink
+{
+public:
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
+    {
+        if (refuse)
+            return fail(Errc::link_failed, "the adapter refused a frame");
+        return bytes.size();
+    }
+    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override { return link::Arrival{}; }
+    int handle() const override { return -1; }
+    link::LinkState state() const override { return {.open = true, .bit_rate = 100'000}; }
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override { return bit_rate; }
+
+    bool refuse = true;
+};
+
+TEST(Bus, OutlivesAnAdapterThatRefusesOneFrame)
+{
+    JumpingClock clock;
+    auto made = std::make_unique<RefusingLink>();
+    RefusingLink& link = *made;
+    Bus bus("refusing", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, framed);
+    EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::link_failed);
+    link.refuse = false;
+    EXPECT_TRUE(bus.send(3, fake::Set{}).has_value());
+}
+
 TEST(Bus, IsStoppedFromAnotherThread)
 {
     JumpingClock clock;
