@@ -77,8 +77,7 @@ void NuriDevice::advance(TimePoint now)
 
 const wire::Protocol& NuriDevice::protocol() const
 {
-    static const nuri::Framing mc(nuri::mc::messages);
-    return is_mc(spec_) ? mc : nuri::protocol();
+    return nuri::protocol();
 }
 
 Look NuriDevice::look() const
