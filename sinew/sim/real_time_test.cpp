@@ -106,6 +106,7 @@ TEST_F(RealTimeTest, CanDevicesAnswerBehindAnSlcanAdapter)
     ASSERT_EQ(heard.size(), 2U);
     EXPECT_EQ(heard[0].can_id, 0x141U);
     EXPECT_EQ(heard[1].can_id, 0x142U);
+    EXPECT_TRUE(read(frames_of(*opened), 1, 20ms).empty());
 }
 
 TEST_F(RealTimeTest, DevicesAnswerAtTheirOwnRateOnly)

@@ -97,6 +97,25 @@ TEST_F(SimulatorTest, TwoDevicesOfOneBusAnswerInTurn)
     EXPECT_EQ(ask(bytes_of(link), sam_status_3, 2).size(), 2U);
 }
 
+TEST_F(SimulatorTest, SamHearsAndTalksAtOnceAndNuriDoesNot)
+{
+    // Two requests with bytes between them, so that the host talks while the first answer is given.
+    const auto heard_of_two = [&](std::string_view bus, const Bytes& request) {
+        auto link = open(bus);
+        for (const Bytes& part : {request, Bytes(100, 0x00), request})
+            EXPECT_TRUE(bytes_of(link).write(part));
+        std::size_t heard = 0;
+        for (const TimePoint deadline = now() + 1s; now() < deadline;) {
+            wait(deadline);
+            std::array<std::uint8_t, 64> into;
+            heard += bytes_of(link).read(into)->count;
+        }
+        return heard;
+    };
+    EXPECT_EQ(heard_of_two("left", sam_status_0), 4U);
+    EXPECT_EQ(heard_of_two("waist", nuri_ping_1), 6U);
+}
+
 TEST_F(SimulatorTest, BusesShareOneTime)
 {
     auto left = open("left");
