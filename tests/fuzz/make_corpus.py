@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Writes the corpora of the fuzz targets from the vectors of the conformance test and the robot files.
+
+Run from the top of the tree: python3 tests/fuzz/make_corpus.py
+"""
+import json
+from pathlib import Path
+
+DATA = Path("tests/conformance/data")
+CORPUS = Path("tests/fuzz/corpus")
+
+
+def write(target: str, name: str, content: bytes) -> None:
+    folder = CORPUS / f"fuzz_{target}"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(content)
+
+
+def main() -> None:
+    vectors = [v for name in ("vectors", "derived") for v in json.loads((DATA / f"{name}.json").read_text())]
+    streams: dict[str, list[bytes]] = {"sam": [], "nuri": []}
+    for v in vectors:
+        if any(b > 255 for b in v["bytes"]):
+            continue
+        data = bytes(v.get("expected_bytes") or v["bytes"])
+        for suffix, content in (("", bytes(v["bytes"])), ("-right", data)):
+            if suffix and content == bytes(v["bytes"]):
+                continue
+            if v["protocol"] == "rmd":
+                identifier = (v.get("can_id") or 0x141).to_bytes(2, "big")
+                write("rmd_decode", v["id"] + suffix, b"\0" + identifier + content)
+                line = f"t{identifier.hex()[1:]}8{content.hex().upper()}\r".encode()
+                write("slcan", v["id"], line)
+            else:
+                write(f"{v['protocol']}_decode", v["id"] + suffix, b"\0" + content)
+        if v["protocol"] in streams and (v["protocol"] == "nuri" or v["direction"] == "request"):
+            streams[v["protocol"]].append(data)
+    for family, frames in streams.items():
+        for i in range(0, len(frames), 8):
+            write(f"{family}_framing", f"stream-{i // 8:02d}", bytes([i % 16]) + b"".join(frames[i : i + 8]))
+    write("slcan", "session", b"C\rS8\rO\rt14188800000000000000\r\rz\r\aT000001412AABB\rr1418\rt1412AABB1234\rV\rF\r")
+    for i, text in enumerate((
+        "FF E0 A0 00 1E 1E 40", "0xFF,0xFE,0x00", "ffe0a0", "FF:FE:0", "12", "-0x1F",
+        "serial:/dev/ttyUSB0?baud=1500000", "tcp://192.168.0.7:4001", "slcan:/dev/ttyACM0?bitrate=1000000",
+        "sim:arm.toml#left", "pty:", "virtual:",
+    )):
+        write("text", f"text-{i:02d}", text.encode())
+    for robot in sorted(Path("robots").glob("*.toml")):
+        write("robot_file", robot.name, robot.read_bytes())
+    write("robot_file", "small.toml", (
+        b'version = 1\nname = "arm"\n[bus.left]\nfamily = "sam"\nlink = "serial:/dev/ttyUSB0"\n'
+        b'[joint.elbow]\nbus = "left"\nid = 1\nmodel = "SAM-20"\n'
+    ))
+
+
+if __name__ == "__main__":
+    main()
