@@ -12,6 +12,8 @@ namespace {
 
 constexpr double angle_lsb_deg = 0.01; // A3 … A8 (L860, L901)
 constexpr double speed_lsb_dps = 0.01; // A2 (L813)
+/// lk-2.36 sends a current limit with the speed: full scale leaves it to the motor. Other lines have no such field.
+constexpr std::int64_t no_current_limit = 2048;
 constexpr std::int64_t low_voltage_bit = 1;
 constexpr std::int64_t over_temperature_bit = 8;
 
@@ -49,7 +51,9 @@ std::expected<void, Error> Driver::run(wire::Requests& out)
     if (!off_)
         return {};
     off_ = false;
-    return add(out, "motor-running");
+    // Lines without this message start by any motion command.
+    return spec_.profile.line.find("motor-running") != nullptr ? add(out, "motor-running")
+                                                               : std::expected<void, Error>{};
 }
 
 std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_rad, std::optional<double> limit_rad_s)
@@ -57,8 +61,11 @@ std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_ra
     if (auto on = run(out); !on)
         return on;
     const std::int64_t angle = to_raw(position_rad, angle_lsb_deg);
-    if (!limit_rad_s)
+    if (!limit_rad_s) {
+        if (spec_.profile.line.find("multi-loop-angle") == nullptr)
+            return fail(Errc::unsupported, "this firmware line moves to an angle at a named speed only; name one");
         return add(out, "multi-loop-angle", {{"angle", angle}});
+    }
     // Rounded down: a limit is never exceeded. Zero would mean a motor that does not move.
     const double lsb = spec_.profile.sent_max_speed_lsb_dps();
     const auto max_speed = static_cast<std::int64_t>(std::floor(units::deg(*limit_rad_s) / lsb));
@@ -70,7 +77,7 @@ std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad
 {
     if (auto on = run(out); !on)
         return on;
-    return add(out, "speed-closed-loop", {{"speed", to_raw(velocity_rad_s, speed_lsb_dps)}, {"iq", 0}});
+    return add(out, "speed-closed-loop", {{"speed", to_raw(velocity_rad_s, speed_lsb_dps)}, {"iq", no_current_limit}});
 }
 
 std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State& state)

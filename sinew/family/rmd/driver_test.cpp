@@ -100,6 +100,20 @@ TEST(RmdDriver, SendsRunningAfterOffBeforeItMovesAgain) // R30
     EXPECT_EQ(plan->all()[0].frame, frame({0x88, 0, 0, 0, 0, 0, 0, 0}));
 }
 
+TEST(RmdDriver, PlansStateAndMotionOnEveryFirmwareLine)
+{
+    for (const auto& profile : profiles()) {
+        Driver driver(make_spec(*find_model("MG"), profile, 1));
+        const auto works = [&](const auto& plan) {
+            EXPECT_TRUE(plan.has_value()) << profile.line.name << ": " << (plan ? "" : to_sentence(plan.error()));
+        };
+        works(driver.plan_read(actuator::Depth::full));
+        works(driver.plan({.mode = Mode::release}, {}));
+        works(driver.plan({.mode = Mode::position, .position_rad = 1.0, .velocity_rad_s = 1.0}, {}));
+        works(driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {}));
+    }
+}
+
 TEST(RmdDriver, HoldsAtItsPositionOrStopsWhereItDoesNotKnowIt)
 {
     Driver driver(spec());
