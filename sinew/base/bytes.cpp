@@ -5,10 +5,8 @@
 #include <fmt/format.h>
 #include <numeric>
 
-namespace sinew
-{
-namespace
-{
+namespace sinew {
+namespace {
 
 constexpr std::string_view separators = " \t\r\n,:";
 
@@ -56,12 +54,13 @@ std::expected<std::vector<std::uint8_t>, Error> from_hex(std::string_view text)
     while ((at = text.find_first_not_of(separators, at)) != std::string_view::npos) {
         const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
         std::string_view group = text.substr(at, end - at);
-        if (group.starts_with("0x") || group.starts_with("0X"))
+        const bool prefixed = group.starts_with("0x") || group.starts_with("0X");
+        if (prefixed)
             group.remove_prefix(2);
         for (const char c : group)
             if (digit(c) < 0)
                 return fail(Errc::bad_hex, fmt::format("'{}' in '{}' is no hex digit (0-9, A-F)", c, group));
-        if (group.size() == 1) {
+        if (group.size() == 1 && prefixed) {
             bytes.push_back(static_cast<std::uint8_t>(digit(group[0])));
         } else if (group.empty() || group.size() % 2 != 0) {
             return fail(Errc::bad_hex, fmt::format("'{}' has {} hex digits; a byte takes two",

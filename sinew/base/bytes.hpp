@@ -8,14 +8,13 @@
 #include <string_view>
 #include <vector>
 
-namespace sinew
-{
+namespace sinew {
 
 /// "FF E0 A0": two digits a byte, one space between.
 std::string to_hex(std::span<const std::uint8_t> bytes);
 
-/// Bytes from hex text. Digits may stand together or apart (blanks, commas, `0x`, `:`); an odd number of digits in a
-/// group of more than one, or anything that is no digit, is an error that names the place.
+/// Bytes from hex text. Digits may stand together or apart (blanks, commas, `:`, `0x`). An odd number of digits in a
+/// group is an error that names it, but for one digit behind `0x`; so is anything that is no digit.
 std::expected<std::vector<std::uint8_t>, Error> from_hex(std::string_view text);
 
 /// A whole number as people write it: 12, -3, 0x1F. The whole text must be the number.

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-namespace sinew
-{
-namespace
-{
+namespace sinew {
+namespace {
 
 struct Word {
     Errc code;

@@ -8,8 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace sinew
-{
+namespace sinew {
 
 /// What went wrong, grouped by who can act on it.
 enum class Errc : std::uint8_t {

@@ -1,8 +1,7 @@
 #pragma once
 #include <chrono>
 
-namespace sinew
-{
+namespace sinew {
 
 using Duration = std::chrono::nanoseconds;
 

@@ -2,8 +2,7 @@
 #include <numbers>
 
 /// Conversions for the edge of the library: inside it everything is SI.
-namespace sinew::units
-{
+namespace sinew::units {
 
 inline constexpr double rad_per_deg = std::numbers::pi / 180.0;
 inline constexpr double rad_s_per_rpm = 2.0 * std::numbers::pi / 60.0;
