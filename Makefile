@@ -13,7 +13,7 @@ help: ## Show this list
 run: ## Build, start the demo robot, scan it and show it moving until Ctrl-C
 	@tools/setup build
 	@tools/build run sinew
-	@tools/demo build/run/apps/cli/sinew
+	@[[ ! -t 0 ]] || set -m; tools/demo build/run/apps/cli/sinew; exit $$? # set -m: Ctrl-C reaches the demo alone, and make ends well
 
 test: ## Everything that proves it: release tests, sanitizers, fuzz corpora
 	@tools/setup build test
@@ -21,8 +21,7 @@ test: ## Everything that proves it: release tests, sanitizers, fuzz corpora
 
 bench: ## Codec figures with their reference in the same run, printed and as JSON
 	@tools/setup build bench
-	@tools/build bench sinew_bench
-	@build/bench/bench/sinew_bench --json build/bench/results.json
+	@tools/bench
 
 lint: ## Formatting, clang-tidy, shell scripts, leftovers
 	@tools/setup build test bench lint

@@ -1,4 +1,4 @@
-"""Reads every #include of a tree and checks that it goes to the same room or down. Usage: floors.py ROOT"""
+"""Reads every #include and every room of CMakeLists.txt and checks that it goes down. Usage: floors.py ROOT"""
 import pathlib
 import re
 import sys
@@ -20,6 +20,12 @@ HEAVY = {
     "CLI/": r"apps/cli/command_line\.cpp",
     "nlohmann/": r"apps/cli/json\.cpp|tests/.*",
 }
+# The library needs the standard library, the operating system, fmt and (above) toml++; its tests GoogleTest.
+OUTSIDE = re.compile(r"[a-z0-9_]+(\.h)?|(sys|linux|asm|net|netinet|arpa)/[\w.]+|fmt/[\w-]+\.h|toml\+\+/toml\.hp*")
+OUTSIDE_TEST = re.compile(r"(gtest|gmock)/[\w-]+\.h")
+# The simulator must not see a driver, not even through a header between them.
+SIMULATOR = re.compile(r"sinew/sim/.*")
+DRIVER = re.compile(r"sinew/family/(\w+/)?drivers?\.hpp")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
 
@@ -43,8 +49,6 @@ def complaint(source, target):
     if here.startswith("sinew/sim"):
         if there in ("sinew/bus", "sinew/robot"):
             return "the simulator must not know the host's side of the wire"
-        if re.search(r"/driver\.hpp$|/drivers\.hpp$", target):
-            return "driver and simulated device are two independent readings of the manual"
     mine, other = family_of(source), family_of(target)
     if mine and other and mine != other:
         return "families do not know each other"
@@ -53,24 +57,65 @@ def complaint(source, target):
     return None
 
 
+def outsider(source, target):
+    """Why the library must not include a header of somebody else's, or None."""
+    if not source.startswith("sinew/") or OUTSIDE.fullmatch(target):
+        return None
+    if re.search(r"_(test|test_support|for_tests)\.[ch]pp$", source) and OUTSIDE_TEST.fullmatch(target):
+        return None
+    return "the library does not depend on this"
+
+
+def ways_to_a_driver(includes):
+    """For each file of the simulator the chain of includes that ends at a driver, if there is one."""
+    for source in includes:
+        chains = [[source]] if SIMULATOR.fullmatch(source) else []
+        seen = {source}
+        while chains:
+            chain = chains.pop()
+            if DRIVER.fullmatch(chain[-1]):
+                yield f"{source} includes {' -> '.join(chain[1:])}: driver and simulated device are two independent " \
+                      "readings of the manual"
+                break
+            for target in includes.get(chain[-1], ()):
+                if target not in seen:
+                    seen.add(target)
+                    chains.append([*chain, target])
+
+
+def upward_links(text):
+    """Rooms of CMakeLists.txt that link a room on their own or a higher floor."""
+    floor = {}
+    for name, folder, rest in re.findall(r"^sinew_room\((\w+)\s+([^\s)]+)([^)]*)\)", text, re.M):
+        floor[name] = FLOORS[folder]
+        for other in rest.split():
+            if floor.get(other, -1) >= floor[name]:
+                yield f"CMakeLists.txt links {other} to {name}: from floor {floor[name]} to floor {floor[other]}"
+
+
 def check(root):
     root = pathlib.Path(root)
-    found = []
     files = [p for top in ("sinew", "apps", "examples", "tests", "bench") for p in (root / top).rglob("*.[ch]pp")]
-    for path in sorted(files):
-        source = path.relative_to(root).as_posix()
-        for quote, target in INCLUDE.findall(path.read_text()):
-            why = complaint(source, target) if quote == '"' else None
+    includes = {p.relative_to(root).as_posix(): INCLUDE.findall(p.read_text()) for p in sorted(files)}
+    found = []
+    for source, targets in includes.items():
+        for quote, target in targets:
+            why = complaint(source, target) if quote == '"' else outsider(source, target)
+            if quote == '"' and source.startswith("sinew/") and not target.startswith("sinew/"):
+                why = "a path in the library starts at the root, as in sinew/base/error.hpp"
             for heavy, allowed in HEAVY.items():
                 if target.startswith(heavy) and not re.fullmatch(allowed, source):
                     why = f"{heavy} may be included by {allowed} only"
             if why:
                 found.append(f"{source} includes {target}: {why}")
+    found += ways_to_a_driver({source: [t for _, t in targets] for source, targets in includes.items()})
+    rooms = root / "CMakeLists.txt"
+    found += upward_links(rooms.read_text()) if rooms.exists() else []
     return len(files), found
 
 
 if __name__ == "__main__":
     count, found = check(sys.argv[1])
     print("\n".join(found))
-    print(f"{count} files, {len(found)} includes that go up or sideways")
+    print(f"{count} files, {len(found)} includes and links that go up or sideways")
     sys.exit(1 if found or count == 0 else 0)
