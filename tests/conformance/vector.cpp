@@ -10,10 +10,8 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace sinew::conformance
-{
-namespace
-{
+namespace sinew::conformance {
+namespace {
 
 using namespace wire;
 

@@ -7,8 +7,7 @@
 #include <vector>
 
 /// The examples of the manuals, and what they are meant to say.
-namespace sinew::conformance
-{
+namespace sinew::conformance {
 
 using nlohmann::json;
 

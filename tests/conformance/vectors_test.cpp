@@ -8,10 +8,8 @@
 #include <map>
 #include <set>
 
-namespace sinew::conformance
-{
-namespace
-{
+namespace sinew::conformance {
+namespace {
 
 using namespace wire;
 using test::Again;
