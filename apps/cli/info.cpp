@@ -1,0 +1,93 @@
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/names.hpp"
+#include "apps/cli/readings.hpp"
+
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+/// Every read that needs to be told nothing. Where there are a quick and a standard one for the same thing the quick
+/// one says less and is left out.
+std::expected<std::vector<wire::Request>, Error> all_reads(const Device& device)
+{
+    std::vector<wire::Request> out;
+    for (const auto* message : device.line().messages) {
+        if (!asks_nothing(device, *message) || message->name().starts_with("quick-"))
+            continue;
+        const auto one = request(device, *message, {});
+        if (!one)
+            return std::unexpected(one.error());
+        out.push_back(*one);
+    }
+    return out;
+}
+
+void print_head(const Device& device)
+{
+    fmt::print("{}\n", bold(device.name));
+    const auto fact = [](std::string_view name, std::string_view value) {
+        if (!value.empty())
+            fmt::print("  {:<8}  {}\n", name, value);
+    };
+    fact("family", device.family->title);
+    fact("model", device.model());
+    fact("profile", device.line().name);
+    fact("id", std::to_string(device.id));
+    fact("link", device.link);
+    fmt::print("\n");
+}
+
+Outcome run(const Words& words)
+{
+    auto device = target(words);
+    if (!device)
+        return std::unexpected(device.error());
+    Session session;
+    const auto bus = session.bus_of(*device);
+    if (!bus)
+        return std::unexpected(bus.error());
+    // A device that is not there is told once, not once for every read.
+    if (const auto probe = device->family->protocol->probe(device->id); probe) {
+        auto asked = *probe;
+        asked.options = device->options();
+        asked.response_time = device->response_time();
+        if (const auto there = ask(**bus, asked); !there)
+            return std::unexpected(there.error());
+    }
+    if (auto found = find_model(*device, **bus); !found)
+        return std::unexpected(found.error());
+    const auto asked = all_reads(*device);
+    if (!asked)
+        return std::unexpected(asked.error());
+    const auto readings = read_all(*device, **bus, *asked);
+    if (words.json()) {
+        print(Json::object({{"device", device->name},
+                            {"family", device->family->name},
+                            {"model", device->model().empty() ? Json() : Json(device->model())},
+                            {"profile", device->line().name},
+                            {"id", device->id},
+                            {"link", device->link},
+                            {"readings", to_json(readings)}}));
+        return exit_done;
+    }
+    print_head(*device);
+    if (!device->spec)
+        fmt::print(stderr, "The device says a model that is not documented: values that depend on it stay raw.\n");
+    return print_readings(words, *device, readings);
+}
+
+} // namespace
+
+Verb info_verb()
+{
+    return {.name = "info",
+            .says = "All that a device says of itself: model, firmware, settings and measurements.",
+            .arguments = {target_argument},
+            .options = with_device_options({json_option}),
+            .examples = {{"sinew info elbow --robot arm.toml", "a joint of a robot file"},
+                         {"sinew info serial:/dev/ttyUSB0?baud=1500000 --family sam --id 1", "a device on a link"}},
+            .run = run};
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,65 @@
+#include "apps/cli/interrupt.hpp"
+
+#include <array>
+#include <atomic>
+#include <csignal>
+
+namespace sinew::cli {
+namespace {
+
+// A signal handler reaches nothing but static storage.
+std::atomic<bool> caught{false};
+std::array<std::atomic<bus::Bus*>, 64> buses{};
+
+extern "C" void on_interrupt(int)
+{
+    caught.store(true);
+    for (auto& slot : buses)
+        if (auto* bus = slot.load())
+            bus->request_stop();
+}
+
+} // namespace
+
+void catch_interrupts()
+{
+    struct sigaction action{};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted()
+{
+    return caught.load();
+}
+
+void clear_interrupt()
+{
+    caught.store(false);
+    for (auto& slot : buses)
+        if (auto* bus = slot.load())
+            bus->clear_stop();
+}
+
+StopOnInterrupt::StopOnInterrupt(bus::Bus& bus) : bus_(&bus)
+{
+    for (auto& slot : buses) {
+        bus::Bus* free = nullptr;
+        if (slot.compare_exchange_strong(free, bus_))
+            break;
+    }
+    if (interrupted())
+        bus_->request_stop();
+}
+
+StopOnInterrupt::~StopOnInterrupt()
+{
+    for (auto& slot : buses) {
+        bus::Bus* mine = bus_;
+        slot.compare_exchange_strong(mine, nullptr);
+    }
+}
+
+} // namespace sinew::cli

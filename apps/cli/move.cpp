@@ -1,0 +1,172 @@
+#include "apps/cli/confirm.hpp"
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/joint.hpp"
+#include "apps/cli/terminal.hpp"
+#include "sinew/base/units.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration step = std::chrono::milliseconds(100);       ///< between two looks
+constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
+constexpr Duration default_limit = std::chrono::seconds(60);
+
+struct Goal {
+    double position_rad = 0.0; ///< of the joint
+    double tolerance_rad = 0.0;
+    std::optional<double> speed_rad_s;
+    Duration limit{};
+};
+
+std::expected<Goal, Error> goal_from(const Words& words)
+{
+    const auto position = angle_from(*words.text("POSITION"));
+    if (!position)
+        return std::unexpected(position.error());
+    Goal goal{.position_rad = *position};
+    if (const auto word = words.text("--speed")) {
+        const auto speed = speed_from(*word);
+        if (!speed)
+            return std::unexpected(speed.error());
+        goal.speed_rad_s = *speed;
+    }
+    const auto limit = words.duration("--within");
+    if (!limit)
+        return std::unexpected(limit.error());
+    goal.limit = limit->value_or(default_limit);
+    return goal;
+}
+
+void show_state(const Words& words, const Driven& driven, Duration since_start)
+{
+    if (words.json()) {
+        print_line(state_json(driven, since_start));
+        return;
+    }
+    const auto cells = state_cells(driven);
+    std::string line = fmt::format("{:6.2f} s", seconds(since_start));
+    for (const auto& cell : cells)
+        if (!cell.empty() && cell != "none")
+            line += fmt::format("  {:>12}", cell);
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+}
+
+double position_of(const Driven& driven)
+{
+    return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
+}
+
+/// Stays where it is after Ctrl-C, with torque.
+Outcome stop_here(Driven& driven)
+{
+    clear_interrupt();
+    auto held = read_state(driven, actuator::Depth::motion);
+    if (held) {
+        const auto requests = driven.driver->plan({.mode = actuator::Mode::hold}, driven.state);
+        held = requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+    }
+    if (!held)
+        return std::unexpected(held.error());
+    fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+    return exit_interrupted;
+}
+
+std::expected<void, Error> start(Driven& driven, const Goal& goal)
+{
+    const auto* joint = driven.device.joint;
+    actuator::Command command{.mode = actuator::Mode::position,
+                              .position_rad = to_actuator_position(joint, goal.position_rad)};
+    if (goal.speed_rad_s)
+        command.velocity_rad_s = *goal.speed_rad_s * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
+    const auto requests = driven.driver->plan(command, driven.state);
+    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+/// Looks until it has arrived, stands still or the time is over.
+Outcome follow(const Words& words, Session& session, Driven& driven, const Goal& goal)
+{
+    const TimePoint begin = session.clock().now();
+    TimePoint progressed = begin;
+    double last = position_of(driven);
+    for (TimePoint look = begin + step;; look += step) {
+        wait_until(session, look);
+        auto read = interrupted() ? std::expected<void, Error>{} : read_state(driven, actuator::Depth::motion);
+        if (interrupted())
+            return stop_here(driven);
+        if (!read)
+            return std::unexpected(read.error());
+        const TimePoint now = session.clock().now();
+        show_state(words, driven, now - begin);
+        const double here = position_of(driven);
+        if (std::abs(here - goal.position_rad) <= goal.tolerance_rad)
+            return exit_done;
+        if (std::abs(here - last) > goal.tolerance_rad / 10.0) {
+            progressed = now;
+            last = here;
+        }
+        if (now - progressed > standstill)
+            return fail(Errc::unsupported,
+                        fmt::format("{} stands still at {:.2f} deg, short of {:.2f} deg; is something in its way, or "
+                                    "is it switched off?",
+                                    driven.device.name, units::deg(here), units::deg(goal.position_rad)));
+        if (now - begin > goal.limit)
+            return fail(Errc::timeout,
+                        fmt::format("{} is at {:.2f} deg after {:g} s and still moves; --within gives it more time",
+                                    driven.device.name, units::deg(here), seconds(goal.limit)));
+    }
+}
+
+Outcome run(const Words& words)
+{
+    auto goal = goal_from(words);
+    if (!goal)
+        return std::unexpected(goal.error());
+    auto device = target(words);
+    if (!device)
+        return std::unexpected(device.error());
+    if (auto fine = check_limits(*device, goal->position_rad, goal->speed_rad_s); !fine)
+        return std::unexpected(fine.error());
+    const auto yes =
+        confirm(words, fmt::format("{} will move to {:g} deg", device->name, units::deg(goal->position_rad)));
+    if (!yes)
+        return std::unexpected(yes.error());
+    if (!*yes)
+        return exit_refused;
+    Session session;
+    auto driven = drive(session, std::move(*device));
+    if (!driven)
+        return std::unexpected(driven.error());
+    if (auto read = read_state(*driven, actuator::Depth::full); !read)
+        return std::unexpected(read.error());
+    show_state(words, *driven, {});
+    // Where a device stops within is not documented; half a degree is what the coarsest of them can tell.
+    const double finest = 2.0 * driven->driver->capabilities().position_step_rad;
+    goal->tolerance_rad = std::max(units::rad(0.5), finest);
+    if (auto started = start(*driven, *goal); !started)
+        return std::unexpected(started.error());
+    return follow(words, session, *driven, *goal);
+}
+
+} // namespace
+
+Verb move_verb()
+{
+    return {
+        .name = "move",
+        .says = "Move a joint to a position and show it until it has arrived.",
+        .arguments = {target_argument, {"POSITION", "an angle with its unit, such as 90deg, 1.57rad or 0.25turn"}},
+        .options = with_device_options({{"--speed", "S", "no faster than this, such as 30deg/s or 5rpm"},
+                                        {"--within", "TIME", "give up after this time; 60s where it is not given"},
+                                        yes_option,
+                                        {"--json", "", "print one object per look and line"}}),
+        .examples = {{"sinew move elbow 45deg --robot arm.toml", "asks first"},
+                     {"sinew move serial:/dev/ttyUSB0 -10deg --family nuri --id 1 --speed 5rpm --yes", "does not ask"}},
+        .run = run,
+        .more = "Ctrl-C makes it stay where it is. Giving up does not stop it: `sinew stop` does."};
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,295 @@
+#include "apps/cli/session.hpp"
+
+#include "sinew/base/bytes.hpp"
+#include "sinew/family/drivers.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr std::string_view how_to_name_a_device =
+    "name a joint with --robot FILE, or a link with --family and --id, such as serial:/dev/ttyUSB0?baud=1500000 "
+    "--family sam --id 1";
+
+std::optional<std::string> robot_path(const Words& words)
+{
+    if (const auto given = words.text("--robot"))
+        return given;
+    const char* environment = std::getenv("SINEW_ROBOT");
+    return environment != nullptr && *environment != '\0' ? std::optional<std::string>(environment) : std::nullopt;
+}
+
+std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const std::string& path)
+{
+    auto file = config::read_robot_file(path);
+    if (!file)
+        return std::unexpected(file.error());
+    return std::make_shared<const config::RobotFile>(std::move(*file));
+}
+
+/// Links that take the place of those in the file: BUS=LINK.
+std::expected<void, Error> check_links(const Words& words, const config::RobotFile& file)
+{
+    std::vector<std::string_view> names;
+    for (const auto& bus : file.buses)
+        names.push_back(bus.name);
+    for (const std::string_view word : words.all("--link")) {
+        const auto equals = std::min(word.find('='), word.size());
+        const auto bus = word.substr(0, equals);
+        if (equals == word.size() || !is_link(word.substr(equals + 1)))
+            return fail(
+                Errc::bad_argument,
+                fmt::format("--link takes BUS=LINK, such as left=serial:/dev/ttyUSB0?baud=1500000, not '{}'", word));
+        if (std::ranges::find(names, bus) == names.end())
+            return fail(Errc::unknown_name,
+                        fmt::format("{} has no bus '{}'{}", file.path, bus,
+                                    nearest(bus, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
+                                                                : did_you_mean(bus, names)));
+    }
+    return {};
+}
+
+std::expected<std::string, Error> link_of(const Words& words, const config::RobotFile& file, const ResolvedJoint& joint)
+{
+    const auto& bus = *joint.bus;
+    std::string link = bus.link ? bus.link->value : std::string{};
+    for (const std::string_view word : words.all("--link"))
+        if (word.substr(0, word.find('=')) == bus.name)
+            link = word.substr(word.find('=') + 1);
+    if (link.empty())
+        return fail(
+            Errc::bad_argument,
+            fmt::format("bus {} of {} has no link: give it with --link {}=LINK, as `sinew sim {}` prints it, or "
+                        "write link = \"...\" into the file",
+                        bus.name, file.path, bus.name, file.path));
+    const auto rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : 0;
+    return with_bit_rate(link, *joint.family, rate);
+}
+
+std::expected<std::vector<Device>, Error> joints_of(const Words& words, const std::string& path,
+                                                    std::optional<std::string_view> only)
+{
+    const auto file = read_robot(path);
+    if (!file)
+        return std::unexpected(file.error());
+    auto robot = resolve(**file);
+    if (!robot)
+        return std::unexpected(robot.error());
+    if (auto fine = check_links(words, **file); !fine)
+        return std::unexpected(fine.error());
+    std::vector<Device> out;
+    std::vector<std::string_view> names;
+    for (auto& joint : robot->joints) {
+        names.push_back(joint.joint->name);
+        if (only && *only != joint.joint->name)
+            continue;
+        auto link = link_of(words, **file, joint);
+        if (!link)
+            return std::unexpected(link.error());
+        out.push_back({.name = joint.joint->name,
+                       .link = std::move(*link),
+                       .family = joint.family,
+                       .id = sinew::id_of(joint.device),
+                       .spec = std::move(joint.device),
+                       .joint = joint.joint,
+                       .file = *file});
+    }
+    if (only && out.empty())
+        return fail(Errc::unknown_name,
+                    fmt::format("{} has no joint '{}'{}", path, *only,
+                                nearest(*only, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
+                                                              : did_you_mean(*only, names)));
+    return out;
+}
+
+} // namespace
+
+bool is_link(std::string_view word)
+{
+    return word.find(':') != std::string_view::npos || word.find('/') != std::string_view::npos;
+}
+
+std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate)
+{
+    const auto uri = link::parse_uri(link);
+    if (!uri || family.can || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
+        return link;
+    auto with = *uri;
+    with.options.emplace_back("baud", std::to_string(bit_rate != 0 ? bit_rate : family.default_bit_rate));
+    return link::to_string(with);
+}
+
+Session::Session() : links_(link::Links::system())
+{
+    sim::add(links_, worlds_);
+    catch_interrupts();
+}
+
+std::expected<link::AnyLink, Error> Session::open(const std::string& link)
+{
+    const auto clock = sim::clock_for(link, real_, worlds_);
+    if (!clock)
+        return std::unexpected(clock.error());
+    if (!open_.empty() && *clock != clock_)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} and {} have no common time; add clock=real to the simulated one",
+                                open_.front().link, link));
+    auto opened = links_.open(link, **clock);
+    if (opened)
+        clock_ = *clock;
+    return opened;
+}
+
+std::expected<bus::Bus*, Error> Session::bus_of(const Device& device)
+{
+    auto known = std::ranges::find(open_, device.link, &Open::link);
+    if (known == open_.end()) {
+        auto link = open(device.link);
+        if (!link)
+            return std::unexpected(link.error());
+        if (device.family->can != std::holds_alternative<std::unique_ptr<link::CanLink>>(*link))
+            return fail(Errc::bad_argument, fmt::format("{} devices are on {}, which {} is not", device.family->name,
+                                                        device.family->can ? "CAN" : "serial lines", device.link));
+        auto bus = std::make_unique<bus::Bus>(device.link, std::move(*link), *clock_, *device.family->protocol);
+        auto stop = std::make_unique<StopOnInterrupt>(*bus);
+        known = open_.insert(open_.end(), Open{device.link, device.family, std::move(bus), std::move(stop)});
+    }
+    if (known->family != device.family)
+        return fail(Errc::bad_argument, fmt::format("{} is used by {} and {}; one bus carries one family", device.link,
+                                                    known->family->name, device.family->name));
+    known->bus->set_device(device.id, {.options = device.options(), .response_time = device.response_time()});
+    return known->bus.get();
+}
+
+std::vector<bus::Bus*> Session::buses() const
+{
+    std::vector<bus::Bus*> out;
+    for (const auto& open : open_)
+        out.push_back(open.bus.get());
+    return out;
+}
+
+bool has_robot(const Words& words)
+{
+    return robot_path(words).has_value();
+}
+
+std::expected<Device, Error> target(const Words& words)
+{
+    const std::string word = words.text("TARGET").value_or("");
+    if (is_link(word)) {
+        auto device = device_of(words, word);
+        if (device)
+            device->link = with_bit_rate(device->link, *device->family);
+        return device;
+    }
+    const auto path = robot_path(words);
+    if (!path)
+        return fail(Errc::bad_argument,
+                    fmt::format("'{}' is no link, and there is no robot file that could have such a "
+                                "joint: {}",
+                                word, how_to_name_a_device));
+    for (const auto* option : {"--family", "--id", "--model", "--profile"})
+        if (words.has(option))
+            return fail(Errc::bad_argument,
+                        fmt::format("{} goes with a link; for the joint {} the robot file says it", option, word));
+    auto joints = joints_of(words, *path, word);
+    if (!joints)
+        return std::unexpected(joints.error());
+    return std::move(joints->front());
+}
+
+std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
+{
+    const auto path = robot_path(words);
+    if (!path)
+        return fail(Errc::bad_argument, fmt::format("what is meant? {}", how_to_name_a_device));
+    return joints_of(words, *path, std::nullopt);
+}
+
+std::expected<void, Error> find_model(Device& device, bus::Bus& bus)
+{
+    if (device.spec || !device.family->ids.contains(device.id))
+        return {};
+    const auto said = bus.call(device.id, sam::ReadFirmwareVersion{});
+    if (!said)
+        return std::unexpected(said.error());
+    if (const auto* model = sam::find_model(said->model_number)) {
+        auto spec = make_spec(*device.family, model->name, device.asked_line->name, device.id);
+        if (!spec)
+            return std::unexpected(spec.error());
+        device.spec = std::move(*spec);
+    }
+    return {};
+}
+
+std::expected<Driven, Error> drive(Session& session, Device device)
+{
+    const auto bus = session.bus_of(device);
+    if (!bus)
+        return std::unexpected(bus.error());
+    if (auto found = find_model(device, **bus); !found)
+        return std::unexpected(found.error());
+    if (!device.spec)
+        return fail(
+            Errc::unsupported,
+            fmt::format("{} says a model that is not documented; name one with --model to drive it", device.name));
+    auto driver = make_driver(*device.spec);
+    return Driven{.device = std::move(device), .bus = *bus, .driver = std::move(driver)};
+}
+
+std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests)
+{
+    std::array<bus::Result, wire::Requests::capacity> results;
+    const auto used = std::span(results).first(requests.all().size());
+    if (auto sent = driven.bus->exchange(requests.all(), used); !sent)
+        return std::unexpected(sent.error());
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        const auto reply = used[i].reply();
+        if (!reply)
+            return std::unexpected(reply.error());
+        if (!requests.all()[i].answered)
+            continue;
+        if (auto read = driven.driver->absorb(requests.all()[i], *reply, used[i].at, driven.state); !read)
+            return fail(Errc::bad_reply,
+                        fmt::format("the answer of {} is wrong: {}", driven.device.name, to_sentence(read.error())));
+    }
+    return {};
+}
+
+std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
+{
+    const auto requests = driven.driver->plan_read(depth);
+    if (!requests)
+        return std::unexpected(requests.error());
+    return carry_out(driven, *requests);
+}
+
+std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request)
+{
+    bus::Result result;
+    if (auto sent = bus.exchange({&request, 1}, {&result, 1}); !sent)
+        return std::unexpected(sent.error());
+    const auto reply = result.reply();
+    if (!reply)
+        return std::unexpected(reply.error());
+    if (!request.answered)
+        return wire::Values{};
+    return reply_values(request, *reply);
+}
+
+void wait_until(Session& session, TimePoint until)
+{
+    std::vector<link::Handle> handles;
+    // The stop of a bus stands last among its handles; what devices send unasked must not end the wait.
+    for (auto* bus : session.buses())
+        handles.push_back(bus->handles().back());
+    while (!interrupted() && session.clock().now() < until)
+        session.clock().wait(handles, until);
+}
+
+} // namespace sinew::cli

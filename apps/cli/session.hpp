@@ -1,0 +1,80 @@
+#pragma once
+#include "apps/cli/device.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "sinew/actuator/driver.hpp"
+#include "sinew/bus/bus.hpp"
+#include "sinew/link/links.hpp"
+#include "sinew/sim/links.hpp"
+
+#include <memory>
+
+/// Links, buses and time of one run of the command.
+namespace sinew::cli {
+
+/// Whether a word names a link and not a joint.
+bool is_link(std::string_view word);
+
+/// The link with a bit rate for families whose ports must be given one, where it says none.
+std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate = 0);
+
+class Session
+{
+public:
+    Session();
+    /// The bus of a device, opened at its first use; it knows the device afterwards. Two families cannot share a link.
+    std::expected<bus::Bus*, Error> bus_of(const Device& device);
+    /// A link of the system or of the simulator with the clock that it needs. All links of a session share one clock:
+    /// `bad_argument` for a simulated one in virtual time beside a real one.
+    std::expected<link::AnyLink, Error> open(const std::string& link);
+    /// Of the links that are open; the real one as long as there is none.
+    link::Clock& clock() { return *clock_; }
+    /// All that are open.
+    std::vector<bus::Bus*> buses() const;
+
+private:
+    struct Open {
+        std::string link;
+        const Family* family;
+        std::unique_ptr<bus::Bus> bus;
+        std::unique_ptr<StopOnInterrupt> stop;
+    };
+    link::RealClock real_;
+    link::Clock* clock_ = &real_;
+    sim::Worlds worlds_; // goes after the links that lead into it
+    link::Links links_;
+    std::vector<Open> open_;
+};
+
+/// The device that TARGET and the options name. Nothing is opened.
+std::expected<Device, Error> target(const Words& words);
+/// All joints of the robot file that the options name.
+std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
+/// Whether the options or the environment name a robot file.
+bool has_robot(const Words& words);
+
+/// Asks a device for its model where the words gave none and its scales depend on it. The device stays without a spec
+/// when it says a model that nobody documents.
+std::expected<void, Error> find_model(Device& device, bus::Bus& bus);
+
+/// A device that can be driven.
+struct Driven {
+    Device device;
+    bus::Bus* bus = nullptr;
+    std::unique_ptr<actuator::Driver> driver;
+    actuator::State state{};
+};
+
+/// Opens the bus and makes the driver; finds the model if it must.
+std::expected<Driven, Error> drive(Session& session, Device device);
+
+/// Carries out what a driver planned, and puts what comes back into the state. The first failure ends it.
+std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests);
+std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);
+
+/// One request; no values where no answer is due.
+std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request);
+
+/// Waits until `until` or until Ctrl-C.
+void wait_until(Session& session, TimePoint until);
+
+} // namespace sinew::cli

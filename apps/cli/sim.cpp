@@ -1,0 +1,99 @@
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/json.hpp"
+#include "apps/cli/terminal.hpp"
+#include "apps/cli/verb.hpp"
+#include "sinew/sim/real_time.hpp"
+
+#include <csignal>
+#include <filesystem>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+std::atomic<bool> stop{false};
+
+extern "C" void on_stop(int)
+{
+    stop.store(true);
+}
+
+void stop_on_signals()
+{
+    struct sigaction action{};
+    action.sa_handler = on_stop;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGHUP, &action, nullptr);
+}
+
+constexpr const char* demo = "robots/demo.toml";
+
+std::expected<std::string, Error> robot_file(const Words& words)
+{
+    if (const auto given = words.text("ROBOT"))
+        return *given;
+    if (std::filesystem::exists(demo))
+        return std::string(demo);
+    return fail(Errc::bad_argument, fmt::format("which robot? Name its file, such as sinew sim {}", demo));
+}
+
+void print_links(std::span<const sim::RealTimeSimulator::BusLink> links, bool json)
+{
+    if (json) {
+        Json out = Json::array();
+        for (const auto& link : links)
+            out.add(Json::object({{"bus", link.bus}, {"family", link.family}, {"link", link.uri}}));
+        print_line(out);
+        return;
+    }
+    std::size_t longest_name = 0;
+    std::size_t longest_family = 0;
+    for (const auto& link : links) {
+        longest_name = std::max(longest_name, width(link.bus));
+        longest_family = std::max(longest_family, width(link.family));
+    }
+    for (const auto& link : links)
+        fmt::print("{}{}  {:<{}}  {}\n", link.bus, std::string(longest_name - width(link.bus), ' '), link.family,
+                   longest_family, link.uri);
+    std::fflush(stdout);
+}
+
+Outcome run(const Words& words)
+{
+    const auto time = words.duration("--for");
+    if (!time)
+        return std::unexpected(time.error());
+    const auto path = robot_file(words);
+    if (!path)
+        return std::unexpected(path.error());
+    const auto file = config::read_robot_file(*path);
+    if (!file)
+        return std::unexpected(file.error());
+    link::RealClock clock;
+    const auto simulator = sim::RealTimeSimulator::make(*file, clock);
+    if (!simulator)
+        return std::unexpected(simulator.error());
+    stop_on_signals();
+    print_links((*simulator)->links(), words.json());
+    if (stdout_is_terminal())
+        fmt::print(stderr, "Running until Ctrl-C. From another terminal: sinew scan LINK\n");
+    (*simulator)->run(stop, *time ? clock.now() + **time : TimePoint::max());
+    return exit_done;
+}
+
+} // namespace
+
+Verb sim_verb()
+{
+    return {.name = "sim",
+            .says = "Run a simulated robot behind pseudo terminals, a line per bus: name, family and link.",
+            .arguments = {{"ROBOT", "its robot file; robots/demo.toml where that exists", false}},
+            .options = {{"--for", "TIME", "end after this time, such as 10s; otherwise it runs until Ctrl-C"},
+                        {"--json", "", "print the buses as one line of JSON"}},
+            .examples = {{"sinew sim", "the demo robot, until Ctrl-C"}, {"sinew sim arm.toml --for 10s", "for a test"}},
+            .run = run};
+}
+
+} // namespace sinew::cli

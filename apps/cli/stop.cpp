@@ -1,0 +1,160 @@
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/fields.hpp"
+#include "apps/cli/joint.hpp"
+#include "apps/cli/present.hpp"
+
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+struct Done {
+    std::string name;
+    std::expected<std::string, Error> outcome; ///< what it does now
+};
+
+std::expected<std::string, Error> stop_one(Session& session, Device device, bool hold)
+{
+    auto driven = drive(session, std::move(device));
+    if (!driven)
+        return std::unexpected(driven.error());
+    // Holding needs to know where; letting go must not wait for an answer.
+    if (hold)
+        if (auto read = read_state(*driven, actuator::Depth::motion); !read)
+            return std::unexpected(read.error());
+    const auto requests =
+        driven->driver->plan({.mode = hold ? actuator::Mode::hold : actuator::Mode::release}, driven->state);
+    if (!requests)
+        return std::unexpected(requests.error());
+    const bool acknowledged = requests->all().back().answered;
+    if (auto sent = carry_out(*driven, *requests); !sent)
+        return std::unexpected(sent.error());
+    return fmt::format("{}{}", hold ? "holds" : "released", acknowledged ? "" : " (not acknowledged)");
+}
+
+/// All devices of a line at once, where the family has a message for that.
+std::expected<std::string, Error> stop_line(Session& session, const Device& everybody)
+{
+    const bool is_sam = everybody.family->name == "sam";
+    const auto message =
+        message_named(*everybody.family, everybody.line(), is_sam ? "quick-brake-mode" : "set-control-on-off");
+    if (!message)
+        return std::unexpected(message.error());
+    const std::vector<std::string> off{"control=off"};
+    const auto values = values_from(everybody, **message, is_sam ? std::span<const std::string>{} : off);
+    if (!values)
+        return std::unexpected(values.error());
+    auto asked = request(everybody, **message, *values);
+    if (!asked)
+        return std::unexpected(asked.error());
+    asked->answered = false;
+    const auto bus = session.bus_of(everybody);
+    if (!bus)
+        return std::unexpected(bus.error());
+    if (const auto sent = ask(**bus, *asked); !sent)
+        return std::unexpected(sent.error());
+    return is_sam ? "told to brake (not acknowledged)" : "told to release (not acknowledged)";
+}
+
+/// A link without an id: whoever is there.
+std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words& words)
+{
+    const auto family = family_named(words.text("--family").value_or(""));
+    if (!family)
+        return std::unexpected(family.error());
+    const auto device_with = [&](int id) {
+        Words with_id = words;
+        with_id.add("--id", std::to_string(id));
+        return target(with_id);
+    };
+    std::vector<Done> done;
+    if ((*family)->broadcast_id >= 0) {
+        const auto everybody = device_with((*family)->broadcast_id);
+        if (!everybody)
+            return std::unexpected(everybody.error());
+        done.push_back({fmt::format("all of {}", everybody->link), stop_line(session, *everybody)});
+        return done;
+    }
+    Done none{"any id", fail(Errc::timeout, "nobody answered")};
+    for (auto id = (*family)->ids.low; id <= (*family)->ids.high; ++id) {
+        const auto device = device_with(static_cast<int>(id));
+        if (!device)
+            return std::unexpected(device.error());
+        Done one{device->name, stop_one(session, *device, words.has("--hold"))};
+        if (one.outcome || one.outcome.error().code != Errc::timeout)
+            done.push_back(std::move(one));
+        if (!done.empty() && !done.back().outcome && done.back().outcome.error().code >= Errc::link_not_found &&
+            done.back().outcome.error().code <= Errc::link_failed)
+            return done;
+    }
+    if (done.empty())
+        done.push_back(std::move(none));
+    return done;
+}
+
+std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& words)
+{
+    const auto word = words.text("TARGET");
+    if (word && is_link(*word) && !words.has("--id") && words.has("--family"))
+        return stop_link(session, words);
+    std::vector<Device> devices;
+    if (word) {
+        auto one = target(words);
+        if (!one)
+            return std::unexpected(one.error());
+        devices.push_back(std::move(*one));
+    } else if (auto all = whole_robot(words)) {
+        devices = std::move(*all);
+    } else {
+        return std::unexpected(all.error());
+    }
+    std::vector<Done> done;
+    for (auto& device : devices) {
+        auto name = device.name;
+        done.push_back({std::move(name), stop_one(session, std::move(device), words.has("--hold"))});
+    }
+    return done;
+}
+
+Outcome run(const Words& words)
+{
+    Session session;
+    const auto done = stop_all(session, words);
+    if (!done)
+        return std::unexpected(done.error());
+    int code = exit_done;
+    Json out = Json::array();
+    Table table({"NAME", "STATE"});
+    for (const auto& one : *done) {
+        if (one.outcome) {
+            table.add({one.name, *one.outcome});
+            out.add(Json::object({{"name", one.name}, {"state", *one.outcome}}));
+            continue;
+        }
+        code = code == exit_done ? exit_code(one.outcome.error().code) : code;
+        out.add(Json::object({{"name", one.name}, {"error", to_sentence(one.outcome.error())}}));
+        fmt::print(stderr, "sinew: {} was NOT stopped: {}\n", one.name, to_sentence(one.outcome.error()));
+    }
+    if (words.json())
+        print(out);
+    else if (!table.empty())
+        fmt::print("{}", table.text());
+    return code;
+}
+
+} // namespace
+
+Verb stop_verb()
+{
+    return {.name = "stop",
+            .says = "Take the torque off one device or the whole robot; goes on past failures and says who failed.",
+            .arguments = {{"TARGET", "a joint, or a link with --family; without it all joints of --robot", false}},
+            .options = with_device_options({{"--hold", "", "stay in place with torque instead"}, json_option}),
+            .examples = {{"sinew stop --robot arm.toml", "all joints; never asks"},
+                         {"sinew stop serial:/dev/ttyUSB0 --family nuri --id 3",
+                          "one device; without --id all on that link"}},
+            .run = run,
+            .more = "A joint that carries a load falls when it is released: --hold keeps it up."};
+}
+
+} // namespace sinew::cli

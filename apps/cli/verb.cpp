@@ -1,0 +1,60 @@
+#include "apps/cli/verb.hpp"
+
+#include "sinew/base/bytes.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+
+std::span<const std::string> Words::all(std::string_view name) const
+{
+    const auto found = all_.find(name);
+    return found == all_.end() ? std::span<const std::string>{} : std::span(found->second);
+}
+
+std::optional<std::string> Words::text(std::string_view name) const
+{
+    const auto words = all(name);
+    return words.empty() ? std::nullopt : std::optional(words.back());
+}
+
+std::expected<std::optional<std::int64_t>, Error> Words::number(std::string_view name, std::int64_t low,
+                                                                std::int64_t high) const
+{
+    const auto word = text(name);
+    if (!word)
+        return std::nullopt;
+    const auto value = to_integer(*word);
+    if (!value || *value < low || *value > high)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} takes a whole number from {} to {}, not '{}'", name, low, high, *word));
+    return *value;
+}
+
+std::expected<std::optional<Duration>, Error> Words::duration(std::string_view name) const
+{
+    const auto word = text(name);
+    if (!word)
+        return std::nullopt;
+    double value = 0.0;
+    const auto [end, problem] = std::from_chars(word->data(), word->data() + word->size(), value);
+    const std::string_view unit(end, static_cast<std::size_t>(word->data() + word->size() - end));
+    const double scale = unit.empty() || unit == "s" ? 1.0 : unit == "ms" ? 1e-3 : unit == "min" ? 60.0 : 0.0;
+    constexpr double longest_s = 1e8;
+    if (problem != std::errc{} || scale == 0.0 || !std::isfinite(value) || value <= 0.0 || value * scale > longest_s)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} takes a time such as 10s, 500ms or 2min, not '{}'", name, *word));
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value * scale));
+}
+
+std::span<const Verb> verbs()
+{
+    static const std::vector<Verb> all{sim_verb(),  scan_verb(),   info_verb(),    get_verb(),
+                                       set_verb(),  move_verb(),   stop_verb(),    watch_verb(),
+                                       send_verb(), decode_verb(), messages_verb()};
+    return all;
+}
+
+} // namespace sinew::cli

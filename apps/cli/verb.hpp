@@ -1,0 +1,85 @@
+#pragma once
+#include "sinew/base/error.hpp"
+
+#include <expected>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// The command model: every verb is one row. Parser, help and suggestions are made from the rows.
+namespace sinew::cli {
+
+struct Argument {
+    std::string_view name; ///< "LINK"
+    std::string_view says;
+    bool required = true;
+    bool many = false; ///< takes all words that are left; the last one only
+};
+
+struct Option {
+    std::string_view name;  ///< "--family"
+    std::string_view value; ///< what stands in its place, "F"; empty: a switch
+    std::string_view says;
+    bool many = false; ///< may be given more than once
+};
+
+struct Example {
+    std::string_view line;
+    std::string_view says;
+};
+
+/// What was written after the verb. Names that a verb does not have are our own bug and read as not given.
+class Words
+{
+public:
+    void add(std::string_view name, std::string value) { all_[std::string(name)].push_back(std::move(value)); }
+
+    bool has(std::string_view name) const { return !all(name).empty(); }
+    /// Nothing if it was not given.
+    std::optional<std::string> text(std::string_view name) const;
+    std::span<const std::string> all(std::string_view name) const;
+    /// A whole number between `low` and `high`, `bad_argument` otherwise; nothing if it was not given.
+    std::expected<std::optional<std::int64_t>, Error> number(std::string_view name, std::int64_t low,
+                                                             std::int64_t high) const;
+    /// A positive number of seconds: `10s`, `500ms`, `2min` or plain `10`.
+    std::expected<std::optional<Duration>, Error> duration(std::string_view name) const;
+
+    bool json() const { return has("--json"); }
+
+private:
+    std::map<std::string, std::vector<std::string>, std::less<>> all_;
+};
+
+/// The exit code, or what went wrong, of which `main` makes a sentence and the exit code that belongs to it.
+using Outcome = std::expected<int, Error>;
+
+struct Verb {
+    std::string_view name;
+    std::string_view says; ///< one sentence
+    std::vector<Argument> arguments;
+    std::vector<Option> options;
+    std::vector<Example> examples;
+    Outcome (*run)(const Words&) = nullptr;
+    std::string_view more{}; ///< what else must be known, after the options
+};
+
+/// Every verb, in the order of the help.
+std::span<const Verb> verbs();
+
+// One row per file.
+Verb sim_verb();
+Verb scan_verb();
+Verb info_verb();
+Verb get_verb();
+Verb set_verb();
+Verb move_verb();
+Verb stop_verb();
+Verb watch_verb();
+Verb send_verb();
+Verb decode_verb();
+Verb messages_verb();
+
+} // namespace sinew::cli
