@@ -8,9 +8,10 @@ namespace {
 
 constexpr std::size_t bits_per_byte = 10;
 constexpr std::size_t longest_frame = wire::Frame::capacity;
-/// Two oscillators are off by no more than this against each other where a UART is to work at all, in these steps.
-constexpr double clock_error_max = 0.03;
-constexpr double clock_error_step = 0.005;
+/// How far two oscillators are off against each other where a UART is to work at all.
+constexpr double clock_errors[] = {-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03};
+/// A fall is seen up to a sixteenth of a bit late, and the middle of a bit is where its oscillator says.
+constexpr double sampling_shifts[] = {-0.06, -0.015, 0.015, 0.06};
 
 /// Takes the requests off the front of the bytes; true when one of them is more than a read.
 bool takes_harm(const Family& family, std::vector<std::uint8_t>& bytes, bool silent)
@@ -35,6 +36,16 @@ bool takes_harm(const Family& family, std::vector<std::uint8_t>& bytes, bool sil
     return harm;
 }
 
+/// Some receivers drop a byte without its stop bit, some deliver it.
+std::vector<std::uint8_t> delivered(std::span<const HeardByte> heard, bool takes_broken)
+{
+    std::vector<std::uint8_t> out;
+    for (const auto& byte : heard)
+        if (takes_broken || !byte.broken)
+            out.push_back(byte.value);
+    return out;
+}
+
 std::vector<std::uint32_t> all_rates()
 {
     std::vector<std::uint32_t> out;
@@ -48,8 +59,7 @@ std::vector<std::uint32_t> all_rates()
 
 } // namespace
 
-std::vector<std::uint8_t> hear_at(std::span<const std::uint8_t> bytes, double sent_bps, double heard_bps,
-                                  bool takes_broken_bytes)
+std::vector<HeardByte> hear_at(std::span<const std::uint8_t> bytes, double sent_bps, const Ear& ear)
 {
     std::array<bool, bits_per_byte * longest_frame> levels{};
     std::size_t count = 0;
@@ -60,37 +70,36 @@ std::vector<std::uint8_t> hear_at(std::span<const std::uint8_t> bytes, double se
         levels[count++] = true;
     }
     // Time counts in bits as they were sent.
-    const double bit = sent_bps / heard_bps;
+    const double bit = sent_bps / ear.bit_rate;
+    const double middle = 0.5 + ear.sampling_shift;
     const auto level = [&](double time) {
         return time >= static_cast<double>(count) || levels[static_cast<std::size_t>(time)];
     };
-    std::vector<std::uint8_t> out;
+    std::vector<HeardByte> out;
     double ready = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
         const bool falls = !levels[i] && (i == 0 || levels[i - 1]);
         const auto fall = static_cast<double>(i);
-        if (!falls || fall < ready || level(fall + 0.5 * bit))
+        if (!falls || fall < ready || level(fall + middle * bit))
             continue;
         unsigned byte = 0;
         for (int n = 0; n < 8; ++n)
-            byte |= static_cast<unsigned>(level(fall + (1.5 + n) * bit)) << n;
-        ready = fall + 9.5 * bit;
-        if (level(ready) || takes_broken_bytes)
-            out.push_back(static_cast<std::uint8_t>(byte));
+            byte |= static_cast<unsigned>(level(fall + (1 + n + middle) * bit)) << n;
+        ready = fall + (9 + middle) * bit;
+        out.push_back({static_cast<std::uint8_t>(byte), !level(ready)});
     }
     return out;
 }
 
 Audience::Audience()
 {
-    constexpr int steps = static_cast<int>(clock_error_max / clock_error_step + 0.5);
     for (const auto* family : families()) {
         if (family->can)
             continue;
         for (const auto& rate : family->bit_rates)
-            for (int step = -steps; step <= steps; ++step)
-                for (const bool broken : {false, true})
-                    listeners_.push_back({family, rate.bps * (1.0 + step * clock_error_step), broken});
+            for (const double error : clock_errors)
+                for (const double shift : sampling_shifts)
+                    listeners_.push_back({family, {rate.bps * (1.0 + error), shift}});
     }
 }
 
@@ -99,16 +108,18 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
     if (bit_rate == 0)
         return std::ranges::all_of(all_rates(), [&](std::uint32_t rate) { return harmless(frame, rate); });
     for (const auto& listener : listeners_) {
-        const auto heard = hear_at(frame.bytes(), bit_rate, listener.bit_rate, listener.takes_broken_bytes);
-        if (heard.empty())
-            continue;
-        auto alone = heard;
-        auto after = listener.remembers;
-        after.insert(after.end(), heard.begin(), heard.end());
-        auto then_silent = after;
-        if (takes_harm(*listener.family, alone, true) || takes_harm(*listener.family, after, false) ||
-            takes_harm(*listener.family, then_silent, true))
-            return false;
+        const auto heard = hear_at(frame.bytes(), bit_rate, listener.ear);
+        for (const bool takes_broken : {false, true}) {
+            auto alone = delivered(heard, takes_broken);
+            auto after = listener.remembers[takes_broken];
+            if (alone.empty())
+                continue;
+            after.insert(after.end(), alone.begin(), alone.end());
+            auto then_silent = after;
+            if (takes_harm(*listener.family, alone, true) || takes_harm(*listener.family, after, false) ||
+                takes_harm(*listener.family, then_silent, true))
+                return false;
+        }
     }
     return true;
 }
@@ -116,13 +127,15 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
 void Audience::hear(const wire::Frame& frame, std::uint32_t bit_rate)
 {
     for (auto& listener : listeners_) {
-        if (bit_rate == 0) {
-            listener.remembers.clear(); // what it heard is not known
-            continue;
+        const auto heard = bit_rate != 0 ? hear_at(frame.bytes(), bit_rate, listener.ear) : std::vector<HeardByte>{};
+        for (const bool takes_broken : {false, true}) {
+            auto& remembers = listener.remembers[takes_broken];
+            if (bit_rate == 0)
+                remembers.clear(); // what was heard is not known
+            const auto bytes = delivered(heard, takes_broken);
+            remembers.insert(remembers.end(), bytes.begin(), bytes.end());
+            takes_harm(*listener.family, remembers, false);
         }
-        const auto heard = hear_at(frame.bytes(), bit_rate, listener.bit_rate, listener.takes_broken_bytes);
-        listener.remembers.insert(listener.remembers.end(), heard.begin(), heard.end());
-        takes_harm(*listener.family, listener.remembers, false);
     }
 }
 

@@ -1,13 +1,30 @@
 #pragma once
 #include "sinew/family/families.hpp"
 
+#include <array>
 #include <vector>
 
 namespace sinew::cli {
 
+/// How somebody listens to a serial line.
+struct Ear {
+    double bit_rate = 0.0;
+    double sampling_shift = 0.0; ///< how much later than in its middle a bit is sampled, in bits
+};
+
+struct HeardByte {
+    std::uint8_t value = 0;
+    bool broken = false; ///< its stop bit was missing
+};
+
+/// What a UART receives when these bytes are sent back to back at `sent_bps` on a silent line: it waits for a fall,
+/// looks whether the middle of the start bit is low, and samples every bit in its middle.
+std::vector<HeardByte> hear_at(std::span<const std::uint8_t> bytes, double sent_bps, const Ear& ear);
+
 /// Everybody who may hear what a scan sends on a serial line: devices of each family, set to each of their bit rates,
-/// with clocks that are a little off. At another rate other bytes arrive, and there are probes out of which a SAM hears
-/// a position command or a write to its flash. Whoever sends asks first.
+/// with clocks that are a little off and bits that are sampled a little early or late. At another rate other bytes
+/// arrive, and there are probes out of which a SAM hears a position command or a write to its flash. Whoever sends asks
+/// first.
 class Audience
 {
 public:
@@ -23,17 +40,11 @@ public:
 private:
     struct Listener {
         const Family* family = nullptr;
-        double bit_rate = 0.0;
-        bool takes_broken_bytes = false; ///< also delivers a byte without its stop bit
-        std::vector<std::uint8_t> remembers{};
+        Ear ear;
+        std::array<std::vector<std::uint8_t>, 2> remembers{}; ///< without broken bytes, with them
     };
 
     std::vector<Listener> listeners_;
 };
-
-/// What a UART at `heard_bps` receives when these bytes are sent back to back at `sent_bps` on a silent line: it waits
-/// for a fall, looks whether the middle of the start bit is low, and samples every bit in its middle.
-std::vector<std::uint8_t> hear_at(std::span<const std::uint8_t> bytes, double sent_bps, double heard_bps,
-                                  bool takes_broken_bytes);
 
 } // namespace sinew::cli

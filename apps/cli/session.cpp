@@ -266,6 +266,8 @@ std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
     const auto requests = driven.driver->plan_read(depth);
     if (!requests)
         return std::unexpected(requests.error());
+    // What this look does not measure is not known: an older speed beside a new position belongs to no moment.
+    driven.state = {};
     return carry_out(driven, *requests);
 }
 
