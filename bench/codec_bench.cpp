@@ -1,7 +1,7 @@
 #include "bench/codec_bench.hpp"
 
-#include "bench/allocations.hpp"
 #include "bench/reference.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <algorithm>
 #include <array>
@@ -70,9 +70,10 @@ Result measure(std::string family, std::string operation, std::string_view messa
     Result out{.family = std::move(family), .operation = std::move(operation), .message = std::string(message)};
     out.ns = out.reference_ns = out.reference_again_ns = 1e9;
     for (std::size_t round = 0; round < rounds; ++round) {
-        const auto before = allocations();
+        const auto before = support::allocations();
         out.ns = std::min(out.ns, round_ns(all, ours));
-        out.allocations += static_cast<double>(allocations() - before) / static_cast<double>(rounds * sweeps * inputs);
+        out.allocations +=
+            static_cast<double>(support::allocations() - before) / static_cast<double>(rounds * sweeps * inputs);
         out.reference_ns = std::min(out.reference_ns, round_ns(all, theirs));
         out.reference_again_ns = std::min(out.reference_again_ns, round_ns(all, theirs));
     }

@@ -1,3 +1,7 @@
+# Counts what a program asks of the heap. A library of its own: whoever links it has its operator new.
+add_library(sinew_allocations STATIC ${CMAKE_SOURCE_DIR}/tests/support/allocations.cpp)
+target_link_libraries(sinew_allocations PUBLIC sinew_flags)
+
 # sinew_room(NAME FOLDER LINK <rooms or targets…> [PRIVATE <targets…>])
 #
 # One folder = one library target `sinew_NAME` (alias sinew::NAME) made of its *.cpp; its *_test.cpp become one test
@@ -37,7 +41,7 @@ function(sinew_room name folder)
 
     if(SINEW_TESTS AND tests)
         add_executable(${name}_test ${tests})
-        target_link_libraries(${name}_test PRIVATE sinew_${name} GTest::gtest_main)
+        target_link_libraries(${name}_test PRIVATE sinew_${name} sinew_allocations GTest::gtest_main)
         add_test(NAME ${name} COMMAND ${name}_test)
         set_tests_properties(${name} PROPERTIES LABELS "unit")
         set_property(GLOBAL APPEND PROPERTY SINEW_UNIT_PROGRAMS ${name}_test)

@@ -2,6 +2,7 @@
 
 #include "sinew/bus/fake_family.hpp"
 #include "sinew/link/virtual.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
 #include <thread>
@@ -81,6 +82,21 @@ TEST(Bus, CallsADeviceAndReturnsItsTypedAnswer)
     ASSERT_TRUE(number.has_value()) << to_sentence(number.error());
     EXPECT_EQ(number->value, 42);
     EXPECT_EQ(clock.now().time_since_epoch(), 1s + 3ms);
+}
+
+TEST(Bus, AsksNothingOfTheHeapInTheSteadyState)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    rig.responder.heard.reserve(10'000);
+    const auto request = *wire::make_request(3, fake::Read{});
+    const std::array requests{request, request, request};
+    std::array<Result, 3> results;
+    const auto before = support::allocations();
+    for (int i = 0; i < 100; ++i)
+        (void)rig.bus->exchange(requests, results);
+    EXPECT_EQ(support::allocations(), before);
+    EXPECT_TRUE(results[2].good);
 }
 
 TEST(Bus, SaysWhoDidNotAnswerAndHowLongItWaited)

@@ -1,33 +1,11 @@
 #include "sinew/family/families.hpp"
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/devices.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
 #include <vector>
-
-namespace {
-std::size_t allocations = 0;
-}
-
-// The whole test program counts.
-void* operator new(std::size_t size)
-{
-    ++allocations;
-    if (void* memory = std::malloc(size != 0 ? size : 1))
-        return memory;
-    throw std::bad_alloc{};
-}
-void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
 
 namespace sinew::sim {
 namespace {
@@ -55,10 +33,10 @@ TEST(Devices, AllocateNothingWhileTheyHearAndMove)
         for (const wire::Frame& frame : frames) {
             const auto device = make_device(*spec);
             device->advance(TimePoint{});
-            const std::size_t before = allocations;
+            const auto before = support::allocations();
             answers += device->hear(frame, TimePoint{}).has_value();
             device->advance(TimePoint{20ms});
-            EXPECT_EQ(allocations, before) << family->name;
+            EXPECT_EQ(support::allocations(), before) << family->name;
         }
         EXPECT_GT(answers, 9U) << family->name;
     }

@@ -1,30 +1,9 @@
 #include "sinew/sim/wire/serial_wire.hpp"
+#include "tests/support/allocations.hpp"
 
 #include "sinew/sim/wire/wire_test_support.hpp"
 
-#include <cstdlib>
 #include <gtest/gtest.h>
-#include <new>
-
-namespace {
-std::size_t allocations = 0;
-}
-
-void* operator new(std::size_t size)
-{
-    ++allocations;
-    if (void* memory = std::malloc(size))
-        return memory;
-    std::abort();
-}
-void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
 
 namespace sinew::sim::test {
 namespace {
@@ -251,14 +230,14 @@ TEST_F(SerialWireTest, SecondRequestIsAnsweredAfterTheFirst)
 TEST_F(SerialWireTest, AllocatesNothingOnceItIsBuilt)
 {
     build(Duplex::half);
-    const std::size_t before = allocations;
+    const auto before = support::allocations();
     TimePoint now = zero;
     for (int i = 0; i < 20; ++i) {
         wire.host_sends(request, 1'500'000, now);
         now += 1ms;
         wire.run_until(now);
     }
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(support::allocations(), before);
     EXPECT_EQ(host.heard.size(), 40U);
 }
 

@@ -1,4 +1,4 @@
-#include "bench/allocations.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <atomic>
 #include <cstdlib>
@@ -48,7 +48,7 @@ void operator delete[](void* memory, std::size_t) noexcept
     std::free(memory);
 }
 
-std::uint64_t sinew::bench::allocations()
+std::uint64_t sinew::support::allocations()
 {
     return count.load(std::memory_order_relaxed);
 }
