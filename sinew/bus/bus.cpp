@@ -7,6 +7,9 @@
 namespace sinew::bus {
 namespace {
 
+/// How long a port may take no byte of a frame before it counts as stuck: much longer than any frame.
+constexpr Duration write_patience = std::chrono::seconds(1);
+
 bool is_can(const link::AnyLink& link)
 {
     return std::holds_alternative<std::unique_ptr<link::CanLink>>(link);
@@ -85,7 +88,7 @@ void Bus::end_with(const Error& error)
     lost_error_ = error;
     pending_ = nullptr;
     written_ = 0;
-    conversation_.abandon(error);
+    conversation_.abandon(error, clock_.now());
 }
 
 void Bus::read_link()
@@ -151,26 +154,36 @@ bool Bus::work()
         read_link();
     for (;;) {
         if (lost_) {
-            conversation_.abandon(lost_error_);
+            conversation_.abandon(lost_error_, clock_.now());
             return true;
         }
         // A frame that has begun is finished: half a frame would garble the stop that follows.
-        if (pending_ != nullptr && !write_pending())
-            return false;
-        if (lost_)
-            continue;
-        if (stop_.load()) {
-            conversation_.abandon({.code = Errc::stopped});
+        if (stop_.load() && written_ == 0) {
+            pending_ = nullptr;
+            conversation_.abandon({.code = Errc::stopped}, clock_.now());
             return true;
         }
-        const auto next = conversation_.next(clock_.now());
-        deadline_ = next.deadline;
-        if (next.done)
-            return true;
-        if (next.transmit == nullptr)
-            return false;
-        pending_ = next.transmit;
+        if (pending_ != nullptr && !write_pending()) {
+            if (clock_.now() < write_deadline_) {
+                deadline_ = write_deadline_;
+                return false;
+            }
+            Error stuck{.code = Errc::link_failed};
+            stuck.detail = "the port takes no bytes any more; is its other end stuck?";
+            end_with(stuck);
+        } else if (pending_ == nullptr && !begin_next()) {
+            return !conversation_.busy();
+        }
     }
+}
+
+bool Bus::begin_next()
+{
+    const auto next = conversation_.next(clock_.now());
+    deadline_ = next.deadline;
+    pending_ = next.transmit;
+    write_deadline_ = clock_.now() + write_patience;
+    return pending_ != nullptr;
 }
 
 std::expected<void, Error> Bus::exchange(std::span<const wire::Request> requests, std::span<Result> results)

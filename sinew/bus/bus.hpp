@@ -41,7 +41,7 @@ public:
     Bus(const Bus&) = delete;
     Bus& operator=(const Bus&) = delete;
 
-    /// Tells the bus about a device; ids that were never told are taken as the family's default line.
+    /// Tells the bus about a device. Of an id that was never told nothing is known: any row of the family goes out.
     void set_device(int id, Device device);
     const Device& device(int id) const { return devices_[id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256]; }
 
@@ -89,6 +89,7 @@ public:
 
 private:
     void read_link();
+    bool begin_next();
     bool write_pending();
     void end_with(const Error& error);
     std::expected<wire::Frame, Error> one(const wire::Request& request);
@@ -103,6 +104,7 @@ private:
 
     const wire::Frame* pending_ = nullptr; // a frame of which a part is still to be written
     std::size_t written_ = 0;
+    TimePoint write_deadline_{};
     TimePoint deadline_{};
     std::array<link::Handle, 2> handles_{};
     std::atomic<bool> stop_{false};

@@ -180,6 +180,27 @@ TEST(Bus, OutlivesAnAdapterThatRefusesOneFrame)
     EXPECT_TRUE(bus.send(3, fake::Set{}).has_value());
 }
 
+/// A port whose other end has stopped to read.
+class StuckLink final : public link::ByteLink
+{
+public:
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t>) override { return 0U; }
+    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override { return link::Arrival{}; }
+    int handle() const override { return -1; }
+    link::LinkState state() const override { return {.open = true, .bit_rate = 100'000}; }
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override { return bit_rate; }
+};
+
+TEST(Bus, GivesUpAPortThatTakesNoBytes)
+{
+    JumpingClock clock;
+    Bus bus("stuck", link::AnyLink{std::unique_ptr<link::ByteLink>{std::make_unique<StuckLink>()}}, clock, framed);
+    EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::link_failed);
+    EXPECT_LE(clock.waits, 3) << "it waits and does not spin";
+    bus.request_stop();
+    EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::stopped);
+}
+
 TEST(Bus, IsStoppedFromAnotherThread)
 {
     JumpingClock clock;

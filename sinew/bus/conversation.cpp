@@ -48,17 +48,17 @@ bool Conversation::busy() const
     return std::ranges::any_of(results_, [](const Result& r) { return r.stage != Result::Stage::done; });
 }
 
-void Conversation::abandon(const Error& error)
+void Conversation::abandon(const Error& error, TimePoint now)
 {
-    probing_ = false;
+    probing_ = unproven_ = false;
     sending_ = nullptr;
     buffered_ = 0;
     for (std::size_t i = 0; i < results_.size(); ++i) {
         Result& result = results_[i];
         if (result.stage == Result::Stage::done)
             continue;
-        if (result.stage == Result::Stage::sent && protocol_.bare_replies())
-            quarantined_ = true;
+        if (result.stage == Result::Stage::sent && requests_[i].answered && protocol_.bare_replies())
+            quarantine(now);
         result.stage = Result::Stage::done;
         result.error = error;
         result.error.id = requests_[i].id;
@@ -84,6 +84,7 @@ void Conversation::transmitted(TimePoint now)
     Result& result = *sending_;
     const wire::Request& request = *sending_request_;
     sending_ = nullptr;
+    unproven_ = false;
     result.stage = Result::Stage::sent;
     ++result.tries;
     ++total_.requests;
@@ -101,9 +102,10 @@ Conversation::Next Conversation::next_serial(TimePoint now)
         const wire::Request& request = *current_request();
         Result& result = *current_result();
         if (result.stage == Result::Stage::waiting) {
-            if (quarantined_ && now < quiet_until_)
+            const bool trusted = !quarantined_ || !request.answered || unproven_;
+            if (!trusted && now < quiet_until_)
                 return {.deadline = quiet_until_};
-            if (quarantined_ && !probing_) {
+            if (!trusted && !probing_) {
                 quarantined_ = false;
                 buffered_ = 0;
                 if (begin_probe(request))
@@ -177,12 +179,16 @@ void Conversation::end_probe()
     probing_ = false;
     if (probe_result_.good)
         return;
-    // The device does not answer at all: its request needs no further wait, and the line stays suspect.
+    quarantined_ = true;
+    if (requests_[current_].message->info.access != wire::Access::read) {
+        unproven_ = true;
+        return;
+    }
+    // The device does not answer at all: a read needs no further wait.
     Result& result = results_[current_];
     result.error = probe_result_.error;
     result.error.message = requests_[current_].message->name();
     result.stage = Result::Stage::done;
-    quarantined_ = true;
 }
 
 const wire::Request* Conversation::current_request() const
@@ -301,13 +307,8 @@ void Conversation::time_out(const wire::Request& request, Result& result, TimePo
     ++total_.timeouts;
     ++device.timeouts;
     timeouts_[next_timeout_++ % timeouts_.size()] = {request.id, request.message, now + settings_.late_max};
-    if (protocol_.bare_replies()) {
-        quarantined_ = true;
-        quiet_until_ = now + settings_.late_max;
-        // A line that never falls silent is probed all the same, after a while.
-        quarantine_ends_ = now + 10 * settings_.late_max;
-        ++total_.quarantines;
-    }
+    if (protocol_.bare_replies())
+        quarantine(now);
     if (request.message->info.access == wire::Access::read && result.tries <= settings_.read_retries && !probing_) {
         result.stage = Result::Stage::waiting;
         ++total_.retries;
@@ -326,6 +327,17 @@ void Conversation::stray(std::size_t count, TimePoint at)
     total_.strays += count;
     if (quarantined_)
         quiet_until_ = std::min(at + settings_.late_max, quarantine_ends_);
+    else if (protocol_.bare_replies())
+        quarantine(at); // bytes without an owner: the next ones could be taken for an answer
+}
+
+void Conversation::quarantine(TimePoint now)
+{
+    quarantined_ = true;
+    quiet_until_ = now + settings_.late_max;
+    // A line that never falls silent is probed all the same, after a while.
+    quarantine_ends_ = now + 10 * settings_.late_max;
+    ++total_.quarantines;
 }
 
 /// The margin follows the slowest recent answer: twice what the link added, forgetting slowly.

@@ -40,7 +40,8 @@ struct Result {
 /// On CAN all requests of an exchange go out back to back, one outstanding per identifier; on serial lines one after
 /// the other. A reply must fit address and message of its request. Reads are retried. Where replies carry nothing to
 /// tell them by, a time-out puts the line in quarantine: it must be silent for `late_max`, then the device must answer
-/// a probe with its own id.
+/// a probe with its own id. What needs no answer goes out at once even then, and a command goes out although the probe
+/// failed: a stop must reach a device whose answers do not come through.
 class Conversation
 {
 public:
@@ -65,7 +66,7 @@ public:
     void received(std::span<const std::uint8_t> bytes, TimePoint at);
     void received(const wire::Frame& frame, TimePoint at);
     /// Ends everything that is not done with `error`.
-    void abandon(const Error& error);
+    void abandon(const Error& error, TimePoint now);
 
     void set_bit_rate(std::uint32_t bit_rate) { line_.bit_rate = bit_rate; }
     bool busy() const;
@@ -88,6 +89,7 @@ private:
     Next next_can(TimePoint now);
     Next send(const wire::Request& request, Result& result, TimePoint now);
     bool identifier_free(std::size_t index) const;
+    void quarantine(TimePoint now);
     bool begin_probe(const wire::Request& request);
     void end_probe();
     void take(const wire::Frame& frame, TimePoint at);
@@ -116,6 +118,7 @@ private:
     TimePoint quiet_until_{};
     TimePoint quarantine_ends_{};
     bool probing_ = false;
+    bool unproven_ = false; // the probe failed, and a command goes out all the same
     wire::Request probe_{};
     Result probe_result_{};
 

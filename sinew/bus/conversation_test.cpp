@@ -2,6 +2,7 @@
 
 #include "sinew/bus/fake_family.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -205,15 +206,44 @@ TEST(Conversation, ProbesALineThatNeverFallsSilentAfterAWhile)
     EXPECT_LE(talk.now - start, 10 * settings.late_max + 20ms);
 }
 
-TEST(Conversation, DropsBareBytesThatNobodyAskedFor)
+TEST(Conversation, TrustsNoBareReplyAfterBytesThatNobodyAskedFor)
 {
     Talk talk(bare);
     talk.hear({1, 2, 3});
+    EXPECT_EQ(talk.conversation.counters().strays, 3U);
     talk.ask(std::pair{3, fake::BareRead{}});
-    talk.sent();
+    EXPECT_EQ(talk.deadline() - talk.now, settings.late_max);
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
+    talk.hear({3, 3});
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareRead{}));
     talk.hear({8, 8});
     EXPECT_EQ(talk.results[0].reply()->data[0], 8);
-    EXPECT_EQ(talk.conversation.counters().strays, 3U);
+}
+
+TEST(Conversation, WithholdsNoCommandFromADeviceWhoseAnswersDoNotComeThrough)
+{
+    Talk talk(bare);
+    talk.ask(std::pair{3, fake::BareSet{}}, std::pair{4, fake::BareSet{}});
+    std::vector<wire::Frame> sent;
+    for (int i = 0; i < 20 && !talk.done(); ++i) {
+        if (const auto frame = talk.sent())
+            sent.push_back(*frame);
+        else
+            talk.now = talk.deadline();
+    }
+    EXPECT_EQ(std::ranges::count(sent, *wire::encode_request(3, fake::BareSet{})), 1);
+    EXPECT_EQ(std::ranges::count(sent, *wire::encode_request(4, fake::BareSet{})), 1);
+    EXPECT_EQ(talk.results[1].reply().error().code, Errc::timeout);
+}
+
+TEST(Conversation, SendsWhatNeedsNoAnswerAtOnceEvenInQuarantine)
+{
+    Talk talk(bare);
+    talk.hear({1});
+    talk.ask(std::pair{3, fake::BareSet{}});
+    talk.requests[0].answered = false;
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareSet{}));
 }
 
 TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
@@ -253,7 +283,7 @@ TEST(Conversation, AbandonsWhatIsNotDone)
     talk.ask(std::pair{3, fake::Read{}}, std::pair{4, fake::Read{}});
     talk.sent();
     talk.hear({0x55, 3, 1, 0});
-    talk.conversation.abandon({.code = Errc::link_lost});
+    talk.conversation.abandon({.code = Errc::link_lost}, talk.now);
     EXPECT_TRUE(talk.results[0].good);
     EXPECT_EQ(talk.results[1].reply().error().code, Errc::link_lost);
     EXPECT_FALSE(talk.conversation.busy());

@@ -47,6 +47,15 @@ consteval auto row_of(const BareRead*)
         side<Number>(bare, 2, u8(&Number::value, {.name = "value", .byte = 0}), repeat("again", 1, 0)));
 }
 
+struct BareSet {
+};
+consteval auto row_of(const BareSet*)
+{
+    return message<BareSet, Number>(
+        {.name = "bare-set", .opcode = 6, .access = Access::command}, side<BareSet>(framed, 4, reserved("free", 3)),
+        side<Number>(bare, 2, u8(&Number::value, {.name = "value", .byte = 0}), repeat("again", 1, 0)));
+}
+
 struct Who {
     std::uint8_t id{};
 };

@@ -32,8 +32,7 @@ constexpr BitRate rmd_rates[] = {{-1, 1'000'000}, {-1, 500'000}};
 
 /// L56: steps of 100 us, 254 at most, 1 as delivered.
 constexpr ResponseTime nuri_response{std::chrono::microseconds{100}, std::chrono::microseconds{25'400}};
-/// "Within 0.25 ms" (field notes 1, LK V2.35); the manual is silent.
-constexpr ResponseTime rmd_response{std::chrono::microseconds{250}, std::chrono::microseconds{250}};
+constexpr ResponseTime rmd_response{rmd::response_time, rmd::response_time};
 
 /// Views of one family's tables, made once.
 template <class Profile, class Model, class DeviceOptions>

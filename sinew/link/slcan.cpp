@@ -166,12 +166,6 @@ std::expected<std::size_t, Error> SlcanLink::write(std::span<const wire::Frame> 
     }
     if (const auto sent = send(); !sent)
         return std::unexpected(sent.error());
-    if (counters_.refused != reported_) {
-        reported_ = counters_.refused;
-        return fail(
-            Errc::link_failed,
-            "the SLCAN adapter refused a command or frame (BEL); does the bus have power, termination and its rate?");
-    }
     std::size_t taken = 0;
     for (const wire::Frame& frame : frames) {
         std::array<std::uint8_t, slcan::longest_frame_text> text;
@@ -183,6 +177,13 @@ std::expected<std::size_t, Error> SlcanLink::write(std::span<const wire::Frame> 
     }
     if (const auto sent = send(); !sent)
         return std::unexpected(sent.error());
+    // Only now: these frames must not be lost to the refusal of an earlier one.
+    if (counters_.refused != reported_) {
+        reported_ = counters_.refused;
+        return fail(
+            Errc::link_failed,
+            "the SLCAN adapter refused a command or frame (BEL); does the bus have power, termination and its rate?");
+    }
     return taken;
 }
 

@@ -3,6 +3,7 @@
 #include "sinew/wire/codec.hpp"
 
 #include <array>
+#include <cassert>
 #include <span>
 
 namespace sinew::wire
@@ -25,7 +26,9 @@ std::expected<Request, Error> make_request(int id, const M& message, Options opt
     auto frame = encode_request(id, message, options);
     if (!frame)
         return std::unexpected(std::move(frame.error()));
-    return Request{id, &info_of<M>, *frame, options, info_of<M>.reply.exists(), response_time};
+    constexpr Range ids = detail::id_range<M, Direction::request>();
+    const bool to_all = row<M>.info.broadcast && !info_of<M>.request.layout->can_fixed && id == ids.high;
+    return Request{id, &info_of<M>, *frame, options, info_of<M>.reply.exists() && !to_all, response_time};
 }
 
 /// A few requests in a row, without heap.
@@ -34,7 +37,11 @@ class Requests
 public:
     static constexpr std::size_t capacity = 8;
 
-    void add(const Request& request) { all_[size_++] = request; }
+    void add(const Request& request)
+    {
+        assert(size_ < capacity);
+        all_[size_++] = request;
+    }
     std::span<const Request> all() const { return std::span(all_).first(size_); }
     bool empty() const { return size_ == 0; }
 

@@ -2,6 +2,8 @@
 
 #include "sinew/wire/codec.hpp"
 
+#include <algorithm>
+
 namespace sinew::wire
 {
 namespace
@@ -167,9 +169,13 @@ std::expected<Frame, Error> encode(const MessageInfo& message, Direction directi
         if (f.kind == Kind::address)
             put(f, id, frame.data.data());
     }
+    std::int64_t count = 0; // of the sequence: the field before it
     const auto selector = side.selector.empty() ? std::nullopt : values.find(side.selector);
     for (const auto& [field, unused] : value_fields(side, options, selector)) {
         if (field->kind == Kind::sequence) {
+            const auto given = std::ranges::count(values.all(), field->name, [](const Value& v) { return v.field->name; });
+            if (given != 2 * count)
+                return std::unexpected(wrong(Errc::bad_length, message.info, field->name, given, 2 * count));
             for (const auto& value : values)
                 if (value.field->name == field->name) {
                     if (!field->range.contains(value.raw))
@@ -186,6 +192,7 @@ std::expected<Frame, Error> encode(const MessageInfo& message, Direction directi
         if (!allowed(*field).contains(*raw))
             return std::unexpected(detail::explain_value(message.info, *field, *raw));
         put(*field, *raw, frame.data.data());
+        count = *raw;
     }
     for (const auto& f : side.fields)
         if (f.kind == Kind::repeat)

@@ -3,6 +3,7 @@
 #include "sinew/wire/row.hpp"
 
 #include <array>
+#include <cassert>
 #include <expected>
 #include <optional>
 #include <span>
@@ -25,7 +26,7 @@ class Values
 public:
     static constexpr std::size_t capacity = 24;
 
-    void add(const Field& field, std::int64_t raw) { all_[size_++] = {&field, raw}; }
+    void add(const Field& field, std::int64_t raw) { assert(size_ < capacity); all_[size_++] = {&field, raw}; }
     std::span<const Value> all() const { return std::span(all_).first(size_); }
     std::optional<std::int64_t> find(std::string_view name) const;
     auto begin() const { return all().begin(); }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace sinew::nuri {
 namespace {
@@ -19,10 +20,17 @@ constexpr std::int64_t largest = 65533; // N04
 constexpr double default_speed_rad_s = units::rad_s_from_rpm(5.0);
 /// Arrival time of a speed, in 0.1 s: that of the manual's example (L22).
 constexpr std::int64_t speed_arrival_time = 10;
+constexpr std::int64_t shortest_arrival_time = 1;
 
-std::int64_t speed_raw(double speed_rad_s)
+/// Rounded down, but for the noise of the conversion: nothing turns faster than asked.
+std::expected<std::int64_t, Error> speed_raw(double speed_rad_s, std::int64_t least)
 {
-    return std::clamp<std::int64_t>(std::llround(units::rpm(std::abs(speed_rad_s)) / speed_lsb_rpm), 0, largest);
+    const auto raw = static_cast<std::int64_t>(std::floor(units::rpm(std::abs(speed_rad_s)) / speed_lsb_rpm + 1e-6));
+    if (raw < least || raw > largest)
+        return fail(Errc::out_of_range,
+                    fmt::format("a speed goes from {:g} to {:g} deg/s", units::deg(units::rad_s_from_rpm(speed_lsb_rpm)),
+                                units::deg(units::rad_s_from_rpm(static_cast<double>(largest) * speed_lsb_rpm))));
+    return raw;
 }
 
 } // namespace
@@ -71,27 +79,35 @@ std::expected<void, Error> Driver::switch_on(wire::Requests& out)
 std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_rad, double speed_rad_s)
 {
     // What is an absolute angle here would be a turn from where the shaft is (L77).
-    if (relative_)
+    if (!relative_)
+        return fail(Errc::unsupported, "whether positions are absolute is not known yet; read its state first");
+    if (*relative_)
         return fail(Errc::unsupported, "the device is set to relative positions; set position_mode=absolute first");
+    const auto speed = speed_raw(speed_rad_s, 1);
+    if (!speed)
+        return std::unexpected(speed.error());
     if (auto on = switch_on(out); !on)
         return on;
     return add(out, "position-speed-control",
                {{"position_direction", direction(position_rad)},
                 {"position", std::llround(std::abs(units::deg(position_rad)) / position_lsb_deg)},
-                {"speed", std::max<std::int64_t>(1, speed_raw(speed_rad_s))}});
+                {"speed", *speed}});
 }
 
-std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad_s)
+std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad_s, std::int64_t arrival_time)
 {
+    const auto speed = speed_raw(velocity_rad_s, velocity_rad_s == 0.0 ? 0 : 1);
+    if (!speed)
+        return std::unexpected(speed.error());
     if (auto on = switch_on(out); !on)
         return on;
     return add(out, "accel-speed-control",
                {{"speed_direction", direction(velocity_rad_s)},
-                {"speed", speed_raw(velocity_rad_s)},
-                {"arrival_time", speed_arrival_time}});
+                {"speed", *speed},
+                {"arrival_time", arrival_time}});
 }
 
-std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State& state)
+std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State&)
 {
     if (auto fine = actuator::check(command, can_, spec_.id); !fine)
         return std::unexpected(std::move(fine.error()));
@@ -99,9 +115,8 @@ std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& comma
     std::expected<void, Error> added;
     switch (command.mode) {
     case actuator::Mode::hold:
-        if (!state.position_rad)
-            return fail(Errc::unsupported, "to hold, a Nuri must be told its own position; read its state first");
-        added = go_to(out, *state.position_rad, default_speed_rad_s);
+        // Not by position: feedback ends at 655.33 deg (N17), and in relative mode it would be a turn.
+        added = turn(out, 0.0, shortest_arrival_time);
         break;
     case actuator::Mode::release:
         added = add(out, "set-control-on-off", {{"control", static_cast<std::int64_t>(Control::off)}});
@@ -111,7 +126,7 @@ std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& comma
         added = go_to(out, *command.position_rad, command.velocity_rad_s.value_or(default_speed_rad_s));
         break;
     case actuator::Mode::velocity:
-        added = turn(out, *command.velocity_rad_s);
+        added = turn(out, *command.velocity_rad_s, speed_arrival_time);
         break;
     }
     if (!added)
@@ -124,6 +139,10 @@ std::expected<wire::Requests, Error> Driver::plan_read(actuator::Depth depth)
     wire::Requests out;
     if (auto added = add(out, "request-position-feedback"); !added)
         return std::unexpected(std::move(added.error()));
+    // Once in any case: a position means something else in relative mode.
+    if (depth == actuator::Depth::motion && !relative_)
+        if (auto added = add(out, "request-position-mode-feedback"); !added)
+            return std::unexpected(std::move(added.error()));
     if (depth == actuator::Depth::full)
         for (const auto* message :
              {"request-speed-feedback", "request-control-on-off-feedback", "request-position-mode-feedback"})

@@ -24,14 +24,14 @@ private:
                                    std::initializer_list<wire::NamedNumber> numbers = {}) const;
     std::expected<void, Error> switch_on(wire::Requests& out);
     std::expected<void, Error> go_to(wire::Requests& out, double position_rad, double speed_rad_s);
-    std::expected<void, Error> turn(wire::Requests& out, double velocity_rad_s);
+    std::expected<void, Error> turn(wire::Requests& out, double velocity_rad_s, std::int64_t arrival_time);
     std::int64_t direction(double value) const;
     double signed_by(std::int64_t direction, double magnitude) const;
 
     Spec spec_;
     actuator::Capabilities can_;
     bool off_ = false;      ///< switched off by us, or said so by itself
-    bool relative_ = false; ///< said so by itself
+    std::optional<bool> relative_; ///< as it said itself; a position is planned only where it is known
 };
 
 } // namespace sinew::nuri

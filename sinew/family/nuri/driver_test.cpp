@@ -26,6 +26,17 @@ actuator::State read(const wire::ReplyOf<M>& reply)
     return state;
 }
 
+/// A driver whose device has said that it counts absolutely, or relatively.
+Driver told(PositionMode mode = PositionMode::absolute)
+{
+    Driver driver(spec());
+    actuator::State state;
+    EXPECT_TRUE(driver.absorb(*wire::make_request(0, RequestPositionModeFeedback{}),
+                              *wire::encode_reply<RequestPositionModeFeedback>(0, {.position_mode = mode}), TimePoint{},
+                              state));
+    return driver;
+}
+
 TEST(NuriDriver, ReadsThePrintedPositionFeedback) // L118: CCW 179.84 deg, 0.0 rpm, 0.0 A
 {
     const auto state =
@@ -58,7 +69,7 @@ TEST(NuriDriver, DoesNotInventTheSignOfASpeed)
 
 TEST(NuriDriver, SendsThePrintedMove) // L8: CCW 180.00 deg at 5.0 rpm
 {
-    Driver driver(spec());
+    Driver driver = told();
     const auto plan = driver.plan(
         {.mode = Mode::position, .position_rad = units::rad(180), .velocity_rad_s = units::rad_s_from_rpm(5)}, {});
     const wire::Frame printed{.size = 11, .data = {0xFF, 0xFE, 0, 7, 0x2F, 1, 0, 0x46, 0x50, 0, 0x32}};
@@ -77,7 +88,7 @@ TEST(NuriDriver, SendsThePrintedSpeed) // L22: CCW 10 rpm in 1.0 s
 
 TEST(NuriDriver, SwitchesControlOnAgainAfterARelease)
 {
-    Driver driver(spec());
+    Driver driver = told();
     EXPECT_EQ(driver.plan({.mode = Mode::release}, {})->all()[0].frame,
               *wire::encode_request(0, SetControlOnOff{.control = Control::off}));
     const auto plan = driver.plan({.mode = Mode::position, .position_rad = 0.5}, {});
@@ -86,15 +97,35 @@ TEST(NuriDriver, SwitchesControlOnAgainAfterARelease)
     EXPECT_EQ(driver.plan({.mode = Mode::position, .position_rad = 0.5}, {})->all().size(), 1U);
 }
 
-TEST(NuriDriver, RefusesToMoveADeviceThatCountsRelatively)
+TEST(NuriDriver, RefusesToMoveADeviceThatCountsRelativelyOrHasNotSaid)
+{
+    const actuator::Command go{.mode = Mode::position, .position_rad = 0.5};
+    EXPECT_EQ(told(PositionMode::relative).plan(go, {}).error().code, Errc::unsupported);
+    EXPECT_EQ(Driver(spec()).plan(go, {}).error().code, Errc::unsupported);
+}
+
+TEST(NuriDriver, AsksOnceHowTheDeviceCounts)
 {
     Driver driver(spec());
-    actuator::State state;
-    ASSERT_TRUE(
-        driver.absorb(*wire::make_request(0, RequestPositionModeFeedback{}),
-                      *wire::encode_reply<RequestPositionModeFeedback>(0, {.position_mode = PositionMode::relative}),
-                      TimePoint{}, state));
-    EXPECT_EQ(driver.plan({.mode = Mode::position, .position_rad = 0.5}, {}).error().code, Errc::unsupported);
+    EXPECT_EQ(driver.plan_read(actuator::Depth::motion)->all().size(), 2U);
+    EXPECT_EQ(told().plan_read(actuator::Depth::motion)->all().size(), 1U);
+}
+
+TEST(NuriDriver, HoldsBySpeedZeroWhereverItIs)
+{
+    const auto plan = Driver(spec()).plan({.mode = Mode::hold}, {.position_rad = units::rad(2000)});
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_EQ(plan->all()[0].frame, *wire::encode_request(0, AccelSpeedControl{.speed = 0, .arrival_time = 1}));
+}
+
+TEST(NuriDriver, NeverRoundsASpeedUp)
+{
+    Driver driver = told();
+    const auto go = [&](double deg_s) {
+        return driver.plan({.mode = Mode::position, .position_rad = 0.5, .velocity_rad_s = units::rad(deg_s)}, {});
+    };
+    EXPECT_EQ(go(0.1).error().code, Errc::out_of_range); // one unit is 0.6 deg/s
+    EXPECT_EQ(go(1.1)->all()[0].frame.data[10], 1);
 }
 
 TEST(NuriDriver, RefusesAPositionThatTheFieldCannotCarry)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 namespace sinew::rmd {
@@ -14,6 +15,8 @@ constexpr double angle_lsb_deg = 0.01; // A3 … A8 (L860, L901)
 constexpr double speed_lsb_dps = 0.01; // A2 (L813)
 /// lk-2.36 sends a current limit with the speed: full scale leaves it to the motor. Other lines have no such field.
 constexpr std::int64_t no_current_limit = 2048;
+constexpr std::int64_t fastest_limit = 65535;
+constexpr std::int64_t motor_is_on = 0x00; // of motor_state, LK lines
 constexpr std::int64_t low_voltage_bit = 1;
 constexpr std::int64_t over_temperature_bit = 8;
 
@@ -39,7 +42,7 @@ std::expected<void, Error> Driver::add(wire::Requests& out, std::string_view mes
                                        std::initializer_list<wire::NamedNumber> numbers) const
 {
     auto request = wire::make_request(spec_.profile.line, message, spec_.id, numbers, spec_.profile.options(),
-                                      std::chrono::microseconds(250)); // field notes: within 0.25 ms
+                                      response_time);
     if (!request)
         return std::unexpected(std::move(request.error()));
     out.add(*request);
@@ -50,7 +53,6 @@ std::expected<void, Error> Driver::run(wire::Requests& out)
 {
     if (!off_)
         return {};
-    off_ = false;
     // Lines without this message start by any motion command.
     return spec_.profile.line.find("motor-running") != nullptr ? add(out, "motor-running")
                                                                : std::expected<void, Error>{};
@@ -66,11 +68,13 @@ std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_ra
             return fail(Errc::unsupported, "this firmware line moves to an angle at a named speed only; name one");
         return add(out, "multi-loop-angle", {{"angle", angle}});
     }
-    // Rounded down: a limit is never exceeded. Zero would mean a motor that does not move.
     const double lsb = spec_.profile.sent_max_speed_lsb_dps();
-    const auto max_speed = static_cast<std::int64_t>(std::floor(units::deg(*limit_rad_s) / lsb));
-    return add(out, "multi-loop-angle-speed",
-               {{"max_speed", std::clamp<std::int64_t>(max_speed, 1, 65535)}, {"angle", angle}});
+    // Rounded down, but for the noise of the conversion: a limit is never exceeded.
+    const auto max_speed = static_cast<std::int64_t>(std::floor(units::deg(*limit_rad_s) / lsb + 1e-6));
+    if (max_speed < 1 || max_speed > fastest_limit)
+        return fail(Errc::out_of_range, fmt::format("a speed limit goes from {:g} to {:g} deg/s on this firmware line", lsb,
+                                                    lsb * static_cast<double>(fastest_limit)));
+    return add(out, "multi-loop-angle-speed", {{"max_speed", max_speed}, {"angle", angle}});
 }
 
 std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad_s)
@@ -80,7 +84,7 @@ std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad
     return add(out, "speed-closed-loop", {{"speed", to_raw(velocity_rad_s, speed_lsb_dps)}, {"iq", no_current_limit}});
 }
 
-std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State& state)
+std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State&)
 {
     if (auto fine = actuator::check(command, can_, spec_.id); !fine)
         return std::unexpected(std::move(fine.error()));
@@ -88,11 +92,12 @@ std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& comma
     std::expected<void, Error> added;
     switch (command.mode) {
     case actuator::Mode::hold:
-        added = state.position_rad ? go_to(out, *state.position_rad, std::nullopt) : add(out, "motor-stop");
+        // Speed 0 holds with torque on every line, whatever the motor was doing, and needs no position that may be old.
+        added = turn(out, 0.0);
         break;
     case actuator::Mode::release:
         added = add(out, "motor-off");
-        off_ = off_ || added.has_value();
+        off_ = true;
         break;
     case actuator::Mode::position:
         added = go_to(out, *command.position_rad, command.velocity_rad_s);
@@ -145,6 +150,8 @@ std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire
     if (!answer)
         return std::unexpected(answer.error());
     state.at = at;
+    if (asked.message->name() == "motor-running")
+        off_ = false;
     const bool is_angle = asked.message->name() == "read-multi-turn-angle";
     // Only what the motor measured: acknowledgements repeat what was asked.
     const bool measured = answer->values.find("temperature").has_value();
@@ -152,6 +159,8 @@ std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire
         const std::string_view name = value.field->name;
         if (is_angle && name == "angle")
             state.position_rad = units::rad(physical(*asked.message, value));
+        if (name == "motor_state")
+            off_ = value.raw != motor_is_on;
         if (!measured)
             continue;
         if (name == "speed")

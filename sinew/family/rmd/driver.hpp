@@ -29,7 +29,8 @@ private:
 
     Spec spec_;
     actuator::Capabilities can_;
-    bool off_ = false; ///< switched off by us: motor-running must come before the next motion (R30)
+    /// Switched off by us, or said so by itself; motor-running must be answered before the next motion (R30).
+    bool off_ = false;
 };
 
 } // namespace sinew::rmd

@@ -3,6 +3,7 @@
 #include "sinew/base/units.hpp"
 #include "sinew/family/rmd/messages.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace sinew::rmd {
@@ -44,14 +45,14 @@ TEST(RmdDriver, SendsThePrintedSpeed) // L38: 90 dps
 TEST(RmdDriver, SendsThePrintedMoveWhereTheProfileIsConfirmed) // L43: 720 deg at 90 dps
 {
     const actuator::Command go{
-        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90.001)};
+        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90)};
     EXPECT_EQ(Driver(spec()).plan(go, {})->all()[0].frame, frame({0xA4, 0, 0x28, 0x23, 0x40, 0x19, 0x01, 0}));
 }
 
 TEST(RmdDriver, SendsTheScaleThatCanOnlyBeSlowWhereNobodyNamedTheProfile) // R01
 {
     const actuator::Command go{
-        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90.001)};
+        .mode = Mode::position, .position_rad = units::rad(720), .velocity_rad_s = units::rad(90)};
     EXPECT_EQ(Driver(spec("MG", false)).plan(go, {})->all()[0].frame, frame({0xA4, 0, 90, 0, 0x40, 0x19, 0x01, 0}));
 }
 
@@ -114,12 +115,41 @@ TEST(RmdDriver, PlansStateAndMotionOnEveryFirmwareLine)
     }
 }
 
-TEST(RmdDriver, HoldsAtItsPositionOrStopsWhereItDoesNotKnowIt)
+TEST(RmdDriver, HoldsBySpeedZeroOnEveryLineWhateverItKnows)
 {
-    Driver driver(spec());
-    EXPECT_EQ(driver.plan({.mode = Mode::hold}, {})->all()[0].frame, frame({0x81, 0, 0, 0, 0, 0, 0, 0}));
-    const auto plan = driver.plan({.mode = Mode::hold}, {.position_rad = units::rad(30)});
-    EXPECT_EQ(plan->all()[0].frame, frame({0xA3, 0, 0, 0, 0xB8, 0x0B, 0, 0}));
+    for (const auto& profile : profiles()) {
+        Driver driver(make_spec(*find_model("MG"), profile, 1));
+        const auto plan = driver.plan({.mode = Mode::hold}, {});
+        ASSERT_TRUE(plan.has_value()) << profile.line.name;
+        const auto& data = plan->all()[0].frame.data;
+        EXPECT_EQ(data[0], 0xA2) << profile.line.name;
+        EXPECT_EQ(data[4] | data[5] | data[6] | data[7], 0) << profile.line.name;
+    }
+}
+
+TEST(RmdDriver, NeverRoundsASpeedLimitUp)
+{
+    Driver slow(spec("MG", false)); // one unit is 1 deg/s
+    const auto go = [&](double deg_s) {
+        return slow.plan({.mode = Mode::position, .position_rad = 1.0, .velocity_rad_s = units::rad(deg_s)}, {});
+    };
+    EXPECT_EQ(go(0.2).error().code, Errc::out_of_range);
+    EXPECT_EQ(go(70000).error().code, Errc::out_of_range);
+    EXPECT_EQ(go(1.9)->all()[0].frame.data[2], 1);
+}
+
+TEST(RmdDriver, RunsAMotorThatSaysItIsOffBeforeItMovesIt) // field notes 1: motorState 0x10
+{
+    const auto* line = std::ranges::find(profiles(), "lk-2.35", [](const Profile& p) { return p.line.name; }).base();
+    Driver driver(make_spec(*find_model("MG"), *line, 1));
+    const auto read = driver.plan_read(actuator::Depth::full);
+    actuator::State state;
+    ASSERT_TRUE(driver.absorb(read->all()[2], frame({0x9A, 25, 0, 0, 0, 0, 0x10, 0}), TimePoint{}, state).has_value());
+    const auto plan = driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {});
+    ASSERT_EQ(plan->all().size(), 2U);
+    EXPECT_EQ(plan->all()[0].frame.data[0], 0x88);
+    ASSERT_TRUE(driver.absorb(plan->all()[0], plan->all()[0].frame, TimePoint{}, state).has_value());
+    EXPECT_EQ(driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {})->all().size(), 1U);
 }
 
 } // namespace

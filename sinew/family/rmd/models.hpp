@@ -33,6 +33,9 @@ std::span<const Model> models();
 /// In any case. nullptr: none.
 const Model* find_model(std::string_view name);
 
+/// Until a motor starts to answer (LK V2.35 and V2.36; the manual is silent).
+inline constexpr Duration response_time = std::chrono::microseconds{250};
+
 /// The first byte of the answer to clear-error (R04). Hosts take both; a device sends this one.
 enum class ClearErrorReply : std::uint8_t { as_printed_9a, own_9b };
 

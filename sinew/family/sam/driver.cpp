@@ -51,8 +51,7 @@ std::expected<void, Error> Driver::add(wire::Requests& out, const M& message) co
     auto request = wire::make_request(spec_.id, message, spec_.profile.options());
     if (!request)
         return std::unexpected(std::move(request.error()));
-    const int level = spec_.profile.response_level;
-    request->answered = level == 1 || (level == 0 && !request->message->info.answered_as_command);
+    request->answered = spec_.profile.answers(*request->message);
     out.add(*request);
     return {};
 }

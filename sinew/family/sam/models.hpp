@@ -87,6 +87,8 @@ enum class WheelReply : std::uint8_t { rotation_position, id_id };
 
 /// A firmware line and how its device is set, as a host must know it. Each field but `line` is a key of
 /// `[joint.NAME.profile_options]`.
+inline constexpr int ping_opcode = row<Ping>.info.opcode;
+
 struct Profile {
     wire::Profile line;
     BoundaryOrder quick_boundary_order = BoundaryOrder::upper_then_lower; ///< S32
@@ -97,6 +99,13 @@ struct Profile {
     bool ping_is_read = true;       ///< S45: a ping is answered at level 0
     bool quick_id_strict = true;    ///< S30: the quick set-id takes 0 … 30 only
     bool i_gain_strict = false;     ///< S37: the run-time I gain takes 0 … 10 only
+
+    /// Whether the device answers this message (L655, A.2).
+    constexpr bool answers(const wire::MessageInfo& message) const
+    {
+        const bool is_read = !message.info.answered_as_command && (ping_is_read || message.info.opcode != ping_opcode);
+        return response_level == 1 || (response_level == 0 && is_read);
+    }
 
     constexpr wire::Options options() const
     {
