@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <system_error>
 
 namespace sinew::cli {
 namespace {
@@ -169,10 +170,13 @@ int run_words(std::span<char* const> words)
 
 int run(int argc, char** argv)
 {
-    const int code = run_words(std::span(argv + 1, argc > 0 ? static_cast<std::size_t>(argc - 1) : 0));
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-        return complain("the output could not be written; is the disk full?", exit_internal);
-    return code;
+    const auto unwritten = [] { return complain("the output could not be written; is the disk full?", exit_internal); };
+    try {
+        const int code = run_words(std::span(argv + 1, argc > 0 ? static_cast<std::size_t>(argc - 1) : 0));
+        return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? code : unwritten();
+    } catch (const std::system_error&) { // fmt throws it when stdout takes no more
+        return unwritten();
+    }
 }
 
 } // namespace sinew::cli

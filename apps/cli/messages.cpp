@@ -16,8 +16,9 @@ std::string list_text(const Family& family, const wire::Profile& line)
         table.add({std::string(info.name), info.opcode >= 0 ? fmt::format("0x{:02X}", info.opcode) : "",
                    fmt::format("{}{}", to_word(info.access), info.moves ? ", moves" : ""), std::string(info.says)});
     }
-    return fmt::format("{}{} messages of {} ({}: {}). One of them in full: sinew messages {} NAME\n", table.text(),
-                       line.messages.size(), family.title, line.name, line.says, family.name);
+    const auto last = fmt::format("{} messages of {} ({}: {}). One of them in full: sinew messages {} NAME",
+                                  line.messages.size(), family.title, line.name, line.says, family.name);
+    return table.text() + wrap(last, 0, columns()) + '\n';
 }
 
 Outcome run(const Words& words)

@@ -3,6 +3,8 @@
 #include "sinew/family/nuri/messages.hpp"
 #include "sinew/family/sam/messages.hpp"
 
+#include <algorithm>
+
 namespace sinew::cli {
 namespace {
 
@@ -22,6 +24,19 @@ wire::Request filled(wire::Request request, std::uint8_t first, std::uint8_t sec
             data[field.byte] = bytes[used++];
     if (const int at = wire::checksum_byte(*side.layout, request.frame.size); at >= 0)
         data[static_cast<std::size_t>(at)] = wire::checksum(side.layout->checksum, data.data(), request.frame.size);
+    return request;
+}
+
+/// Bytes before a frame that shift what others hear; a device passes over what is no header.
+constexpr std::uint8_t prefixes[] = {0x00, 0x55, 0x0F, 0x70, 0x33, 0x2A, 0x7C, 0x1E, 0x5A, 0x3F, 0x01};
+
+/// The request after one more byte. Only for requests whose answer is not told by a byte of theirs.
+wire::Request after(std::uint8_t prefix, wire::Request request)
+{
+    auto& frame = request.frame;
+    std::copy_backward(frame.data.begin(), frame.data.begin() + frame.size, frame.data.begin() + frame.size + 1);
+    frame.data[0] = prefix;
+    ++frame.size;
     return request;
 }
 
@@ -78,6 +93,9 @@ std::vector<wire::Request> ways_to_ask_model(const Family& family, int id)
     std::vector<wire::Request> out;
     if (family.name == "sam")
         add<sam::ReadFirmwareVersion>(out, id, true);
+    for (std::size_t i = 0, plain = out.size(); i < plain; ++i)
+        for (const auto prefix : prefixes)
+            out.push_back(after(prefix, out[i]));
     set_response_time(out, family);
     return out;
 }

@@ -9,7 +9,8 @@ namespace sinew::cli {
 /// The ways to ask a device whether it is there, the best first: its family's own probe, the same with other bytes
 /// where the device looks at none, and other reads that every device answers.
 std::vector<wire::Request> ways_to_ask(const Family& family, int id);
-/// The ways to ask a SAM for its model.
+/// The ways to ask a SAM for its model. Their answer does not name the device. The last resort is another byte before
+/// the frame.
 std::vector<wire::Request> ways_to_ask_model(const Family& family, int id);
 
 /// The first of them that harms nobody who hears it at another bit rate; nothing when there is none.

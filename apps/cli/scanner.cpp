@@ -9,17 +9,21 @@ namespace {
 
 /// A device that answers at all does it within this, in nearly every adapter.
 constexpr Duration quick_margin = std::chrono::milliseconds(20);
+/// Once answers came, the line has shown how fast it is: four times what they took beyond the wire, but not less.
+constexpr Duration least_margin = std::chrono::milliseconds(6);
+constexpr int answers_to_know_a_line = 2;
 /// Where something was heard and not understood it is looked at again with time to spare.
 constexpr Duration patient_margin = std::chrono::milliseconds(200);
 /// So many ids before the one at which something was heard may have been meant.
-constexpr int looked_at_again = 4;
+constexpr int looked_at_again = 8;
 /// A line that never falls silent must not make every probe a patient one.
-constexpr int most_second_looks = 40;
+constexpr int most_second_looks = 64;
 
-constexpr bus::Settings quick{
-    .margin_at_first = quick_margin, .margin_least = quick_margin, .late_max = {}, .read_retries = 0};
-constexpr bus::Settings patient{
-    .margin_at_first = patient_margin, .margin_least = patient_margin, .late_max = {}, .read_retries = 0};
+constexpr bus::Settings with_margin(Duration margin)
+{
+    return {.margin_at_first = margin, .margin_least = margin, .late_max = {}, .read_retries = 0};
+}
+constexpr bus::Settings patient = with_margin(patient_margin);
 
 void add_unique(std::vector<Pass>& out, const Pass& pass)
 {
@@ -264,11 +268,18 @@ std::expected<void, Error> Scanner::run_serial(const Pass& pass, const std::func
         });
     };
     const auto first = static_cast<int>(pass.ids.low);
+    Duration slowest{};
     for (int id = first; id <= pass.ids.high && !stopped(); ++id) {
         at(id);
         bool noise = false;
-        if (const auto asked = ask(*pass.family, id, quick, noise, found); !asked)
+        const std::size_t known = found.size();
+        // An answer that comes late is heard by the next id, except that to the last one.
+        const bool fast = known >= answers_to_know_a_line && id < pass.ids.high;
+        const Duration margin = fast ? std::clamp(4 * slowest, least_margin, quick_margin) : quick_margin;
+        if (const auto asked = ask(*pass.family, id, with_margin(margin), noise, found); !asked)
             return std::unexpected(asked.error());
+        if (found.size() > known)
+            slowest = std::max(slowest, found.back().round_trip);
         if (!noise)
             continue;
         for (int again = std::max(first, id - looked_at_again + 1); again <= id && !stopped(); ++again) {

@@ -157,6 +157,15 @@ TEST(Probe, IsNothingButAReadToADeviceThatHearsItAtAnotherBitRateOrAsAnotherFami
         }
 }
 
+TEST(Model, OfEverySamCanBeAskedForAtEveryBitRate)
+{
+    const auto& sam = *find_family("sam");
+    for (const auto& rate : sam.bit_rates)
+        for (auto id = sam.ids.low; id <= sam.ids.high; ++id)
+            EXPECT_TRUE(safe_one(ways_to_ask_model(sam, static_cast<int>(id)), Audience{}, rate.bps))
+                << id << " at " << rate.bps;
+}
+
 TEST(Audience, HearsAPositionCommandInAPlainPingAtTwoThirdsOfTheBitRate)
 {
     const auto ping = find_family("sam")->protocol->probe(1);

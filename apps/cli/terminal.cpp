@@ -12,7 +12,7 @@ namespace sinew::cli {
 namespace {
 
 constexpr std::size_t gap = 2;
-constexpr std::size_t narrowest_text = 16; // a last column with less than this is not wrapped but runs on
+constexpr std::size_t narrowest_text = 16; // a last column with less than this cannot be read
 
 std::string_view environment(const char* name)
 {
@@ -89,33 +89,49 @@ void end_progress()
     std::fflush(stderr);
 }
 
+std::vector<std::size_t> Table::shown_columns() const
+{
+    std::vector<std::size_t> out;
+    for (std::size_t c = 0; c < rows_.front().size(); ++c)
+        if (std::any_of(rows_.begin() + 1, rows_.end(), [&](const auto& row) { return !row[c].empty(); }))
+            out.push_back(c);
+    return out;
+}
+
+std::string Table::stacked(std::size_t indent, std::span<const std::size_t> shown) const
+{
+    std::string out;
+    for (std::size_t r = 1; r < rows_.size(); ++r) {
+        std::string line;
+        for (const auto c : shown)
+            if (!rows_[r][c].empty())
+                line += (line.empty() ? "" : c == shown[1] ? ": " : "; ") + rows_[r][c];
+        out += std::string(indent, ' ') + wrap(line, indent + gap, columns()) + '\n';
+    }
+    return out;
+}
+
 std::string Table::text(std::size_t indent) const
 {
+    const auto shown = shown_columns();
     std::vector<std::size_t> widths(rows_.front().size());
-    std::vector<bool> shown(widths.size());
-    for (std::size_t r = 0; r < rows_.size(); ++r)
-        for (std::size_t c = 0; c < widths.size(); ++c) {
-            widths[c] = std::max(widths[c], width(rows_[r][c]));
-            shown[c] = shown[c] || (r > 0 && !rows_[r][c].empty());
-        }
-    const auto last_shown = std::ranges::find(shown.rbegin(), shown.rend(), true);
-    const auto last = static_cast<std::size_t>(shown.rend() - last_shown) - 1;
+    std::size_t before_last = indent;
+    for (const auto c : shown) {
+        for (const auto& row : rows_)
+            widths[c] = std::max(widths[c], width(row[c]));
+        if (c != shown.back())
+            before_last += widths[c] + gap;
+    }
+    const bool last_fits = shown.empty() || before_last + std::min(widths[shown.back()], narrowest_text) <= columns();
+    if (!last_fits)
+        return stacked(indent, shown);
     std::string out;
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         std::string line(indent, ' ');
-        std::size_t at = indent;
-        for (std::size_t c = 0; c < widths.size() && last_shown != shown.rend(); ++c) {
-            if (!shown[c])
-                continue;
+        for (const auto c : shown) {
             const std::string& cell = rows_[r][c];
-            if (c == last) {
-                const bool runs_on = at + narrowest_text > columns();
-                line += runs_on ? '\n' + std::string(indent + gap, ' ') + wrap(cell, indent + gap, columns())
-                                : wrap(cell, at, columns());
-                break;
-            }
-            line += cell + std::string(widths[c] - width(cell) + gap, ' ');
-            at += widths[c] + gap;
+            line += c == shown.back() ? wrap(cell, before_last, columns())
+                                      : cell + std::string(widths[c] - width(cell) + gap, ' ');
         }
         line.erase(line.find_last_not_of(' ') + 1);
         out += (r == 0 ? bold(line) : line) + '\n';

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,8 @@ std::string wrap(std::string_view text, std::size_t indent, std::size_t fits);
 void progress(std::string_view text);
 void end_progress();
 
-/// Rows with aligned columns. The last column is wrapped when it may be.
+/// Rows with aligned columns, the last of them wrapped. Where the screen is too narrow for that the cells of a row
+/// follow each other.
 class Table
 {
 public:
@@ -37,6 +39,9 @@ public:
     std::string text(std::size_t indent = 0) const;
 
 private:
+    std::vector<std::size_t> shown_columns() const;
+    std::string stacked(std::size_t indent, std::span<const std::size_t> shown) const;
+
     std::vector<std::vector<std::string>> rows_;
 };
 

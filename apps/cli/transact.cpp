@@ -46,6 +46,78 @@ void print_values(const Device& device, const wire::MessageInfo& message, const 
         fmt::print("{}", table.text(2));
 }
 
+/// Request, and what came back.
+struct Transaction {
+    wire::Request asked;
+    wire::Values values;
+    std::optional<wire::Frame> reply;
+    wire::Values said;
+};
+
+std::expected<Transaction, Error> prepare(const Device& device, const wire::MessageInfo& message,
+                                          std::span<const std::string> field_words)
+{
+    const auto values = values_from(device, message, field_words);
+    if (!values)
+        return std::unexpected(values.error());
+    const auto asked = request(device, message, *values);
+    if (!asked)
+        return std::unexpected(asked.error());
+    return Transaction{.asked = *asked, .values = *values};
+}
+
+/// Sends it to a device whose model it finds first, for ranges and scales depend on that.
+std::expected<Transaction, Error> carry_out(Session& session, Device& device, const wire::MessageInfo& message,
+                                            std::span<const std::string> field_words)
+{
+    const auto bus = session.bus_of(device);
+    if (!bus)
+        return std::unexpected(bus.error());
+    if (auto found = find_model(device, **bus); !found)
+        return std::unexpected(found.error());
+    auto out = prepare(device, message, field_words);
+    if (!out)
+        return out;
+    note_what_the_manual_advises(out->values);
+    bus::Result result;
+    if (auto sent = (*bus)->exchange({&out->asked, 1}, {&result, 1}); !sent)
+        return std::unexpected(sent.error());
+    const auto reply = result.reply();
+    if (!reply)
+        return std::unexpected(reply.error());
+    if (!out->asked.answered)
+        return out;
+    const auto said = reply_values(out->asked, *reply);
+    if (!said)
+        return std::unexpected(said.error());
+    out->reply = *reply;
+    out->said = *said;
+    return out;
+}
+
+void print_transaction(const Words& words, const Device& device, const Transaction& done)
+{
+    const auto& message = *done.asked.message;
+    const bool dry = words.has("--dry-run");
+    if (words.json()) {
+        print(Json::object({{"device", device.name},
+                            {"message", message.name()},
+                            {"sent", !dry},
+                            {"request", frame_json(device, message, done.asked.frame, done.values)},
+                            {"reply", done.reply ? frame_json(device, message, *done.reply, done.said) : Json()}}));
+        return;
+    }
+    const bool can = device.family->can;
+    fmt::print("{}  {}\n", bold(dry ? "would send" : "sent"), to_text(done.asked.frame, can));
+    print_values(device, message, done.values);
+    if (done.reply) {
+        fmt::print("{}  {}\n", bold("answer"), to_text(*done.reply, can));
+        print_values(device, message, done.said);
+    } else if (!dry) {
+        fmt::print(stderr, "No answer is due.\n");
+    }
+}
+
 } // namespace
 
 Outcome transact(const Words& words, Device device, const wire::MessageInfo& message,
@@ -54,66 +126,28 @@ Outcome transact(const Words& words, Device device, const wire::MessageInfo& mes
     if (!message.request.exists())
         return fail(Errc::unsupported, fmt::format("{} is an answer; devices send it, hosts do not", message.name()));
     const bool dry = words.has("--dry-run");
-    Session session;
-    auto values = values_from(device, message, field_words);
-    if (!values)
-        return std::unexpected(values.error());
-    auto asked = request(device, message, *values);
-    if (!asked)
-        return std::unexpected(asked.error());
-    note_what_the_manual_advises(*values);
-    Json out = Json::object({{"device", device.name}, {"message", message.name()}});
-    wire::Frame reply;
-    if (!dry) {
-        if (const auto what = danger(device, message); !what.empty()) {
-            const auto yes = confirm(words, what);
-            if (!yes)
-                return std::unexpected(yes.error());
-            if (!*yes)
-                return exit_refused;
-        }
-        const auto bus = session.bus_of(device);
-        if (!bus)
-            return std::unexpected(bus.error());
-        if (auto found = find_model(device, **bus); !found)
-            return std::unexpected(found.error());
-        // Ranges and scales that depend on the model are known only now.
-        if (values = values_from(device, message, field_words); !values)
-            return std::unexpected(values.error());
-        if (asked = request(device, message, *values); !asked)
-            return std::unexpected(asked.error());
-        bus::Result result;
-        if (auto sent = (*bus)->exchange({&*asked, 1}, {&result, 1}); !sent)
-            return std::unexpected(sent.error());
-        if (const auto got = result.reply(); !got)
-            return std::unexpected(got.error());
-        else
-            reply = *got;
-    }
-    const bool has_reply = !dry && asked->answered;
-    wire::Values said;
-    if (has_reply) {
-        const auto decoded = reply_values(*asked, reply);
-        if (!decoded)
-            return std::unexpected(decoded.error());
-        said = *decoded;
-    }
-    if (words.json()) {
-        out.set("sent", !dry);
-        out.set("request", frame_json(device, message, asked->frame, *values));
-        out.set("reply", has_reply ? frame_json(device, message, reply, said) : Json());
-        print(out);
+    const auto prepared = prepare(device, message, field_words);
+    // A value with its unit may need the model, which a device can be asked for.
+    const bool model_may_help = !dry && !device.spec && !prepared && prepared.error().code == Errc::bad_argument;
+    if (!prepared && !model_may_help)
+        return std::unexpected(prepared.error());
+    if (dry) {
+        note_what_the_manual_advises(prepared->values);
+        print_transaction(words, device, *prepared);
         return exit_done;
     }
-    const bool can = device.family->can;
-    fmt::print("{}  {}\n", bold(dry ? "would send" : "sent"), to_text(asked->frame, can));
-    print_values(device, message, *values);
-    if (has_reply) {
-        fmt::print("{}  {}\n", bold("answer"), to_text(reply, can));
-        print_values(device, message, said);
-    } else if (!dry) {
-        fmt::print(stderr, "No answer is due.\n");
+    if (const auto what = danger(device, message); !what.empty()) {
+        const auto yes = confirm(words, what);
+        if (!yes)
+            return std::unexpected(yes.error());
+        if (!*yes)
+            return exit_refused;
     }
+    Session session;
+    const auto done = carry_out(session, device, message, field_words);
+    if (!done)
+        return std::unexpected(done.error());
+    print_transaction(words, device, *done);
     return exit_done;
 }
 

@@ -83,13 +83,25 @@ std::string table(const std::vector<Watched>& all, std::size_t cells_shown)
     return out.text();
 }
 
+std::size_t longest_line(std::string_view text)
+{
+    std::size_t longest = 0;
+    while (!text.empty()) {
+        const auto end = std::min(text.find('\n'), text.size());
+        longest = std::max(longest, width(text.substr(0, end)));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return longest;
+}
+
 /// With as many columns as fit, for a line that the terminal breaks would spoil the picture.
 std::string table_that_fits(const std::vector<Watched>& all)
 {
     for (std::size_t cells = state_head.size(); cells > 1; --cells) {
         const auto text = table(all, cells);
-        const bool fits = std::ranges::count(text, '\n') == static_cast<std::ptrdiff_t>(all.size()) + 1 &&
-                          width(text.substr(0, text.find('\n'))) <= columns();
+        // A row that was wrapped or stacked is one that does not fit.
+        const auto lines = std::ranges::count(text, '\n');
+        const bool fits = lines == static_cast<std::ptrdiff_t>(all.size()) + 1 && longest_line(text) <= columns();
         if (fits)
             return text;
     }

@@ -1,0 +1,136 @@
+"""Wrong input: one clear sentence on stderr, nothing on stdout, and the documented exit code."""
+import os
+import pty
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from support import DEMO, PATIENCE, SINEW, environment, sinew
+
+SAM = ["--family", "sam", "--id", "1"]
+
+
+class Errors(unittest.TestCase):
+    def refused(self, words, code, *parts):
+        done = sinew(*words, code=code)
+        self.assertEqual(done.stdout, "")
+        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
+        for part in parts:
+            self.assertIn(part, done.stderr)
+        return done.stderr
+
+    def test_unknown_names_suggest_the_nearest(self):
+        self.refused(["messages", "sam", "read-input-voltge"], 2, "did you mean read-input-voltage?")
+        self.refused(["send", "serial:/dev/null", "pong", *SAM, "--dry-run"], 2, "did you mean ping?")
+        self.refused(["messages", "samm"], 2, "did you mean sam?")
+        self.refused(["messages", "rmd", "--profile", "gyems-1.63"], 2, "did you mean gyems-1.62?")
+        self.refused(["get", "serial:/dev/null", "input-volt", *SAM], 2, "did you mean input-voltage?")
+        self.refused(["set", "serial:/dev/null", "pd-gane", *SAM], 2, "did you mean pd-gain?")
+        self.refused(["scna", "x"], 2, "did you mean scan?")
+        self.refused(["scan", "serial:/dev/null", "--familly", "sam"], 2, "did you mean --family?")
+        self.refused(["send", "x:y", "set-pd-gain", "p_gian=3", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain")
+        self.refused(["move", "elbo", "1deg", "--robot", DEMO, "--link", "left=pty:/x", "--link", "waist=pty:/x",
+                      "--link", "legs=pty:/x"], 2, "did you mean elbow?")
+
+    def test_wrong_hex(self):
+        self.refused(["decode", "FF", "XX"], 2, "'X'", "no hex digit")
+        self.refused(["decode", "FFE"], 2, "3 hex digits", "a byte takes two")
+        self.refused(["decode", "141#A2000"], 2, "hex digits")
+        self.refused(["decode", "can0 141 [8] A2"], 2, "1 bytes follow where [8] says 8")
+
+    def test_ids_outside_the_family(self):
+        self.refused(["info", "slcan:/dev/null", "--family", "rmd", "--id", "33"], 2, "33", "1 … 32")
+        self.refused(["info", "serial:/dev/null", "--family", "sam", "--id", "255"], 2, "255", "0 … 254")
+        self.refused(["scan", "slcan:/dev/null", "--family", "rmd", "--ids", "40-50"], 2, "1 … 32")
+        self.refused(["info", "serial:/dev/null", "--family", "sam", "--id", "one"], 2, "--id", "'one'")
+
+    def test_values_out_of_range(self):
+        self.refused(["send", "x:y", "quick-set-runtime-pd-gain", "p_gain=0", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain is 0", "1 … 254")
+        self.refused(["send", "x:y", "set-pd-gain", "p_gain=x", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain", "'x'")
+        self.refused(["send", "x:y", "set-pd-gain", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain")
+
+    def test_links(self):
+        self.refused(["info", "serial:/dev/sinew-is-not-here", *SAM], 3, "/dev/sinew-is-not-here")
+        self.refused(["scan", "serial:/dev/sinew-is-not-here"], 3, "/dev/sinew-is-not-here")
+        self.refused(["info", "serail:/dev/ttyUSB0", *SAM], 2, "did you mean serial?")
+        self.refused(["info", "serial:/dev/null?buad=9600", *SAM], 2, "buad")
+        self.refused(["info", f"sim:{DEMO}#lfet", *SAM], 3, "left")
+
+    def test_link_that_is_not_permitted(self):
+        master, slave = pty.openpty()
+        device = os.ttyname(slave)
+        folder = tempfile.mkdtemp()
+        try:
+            os.chmod(device, 0)
+            # Nobody need not see the build folder.
+            os.chmod(folder, 0o755)
+            program = shutil.copy(SINEW, folder)
+            as_nobody = []
+            if os.geteuid() == 0:  # root may open everything
+                as_nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
+            done = subprocess.run([*as_nobody, program, "info", f"serial:{device}?baud=9600", *SAM], capture_output=True,
+                                  text=True, timeout=PATIENCE, env=environment(), cwd="/")
+            self.assertEqual(done.returncode, 5, done.stderr)
+            self.assertRegex(done.stderr, rf"^sinew: no permission to open {device}[^\n]*\n$")
+        finally:
+            shutil.rmtree(folder)
+            os.close(master)
+            os.close(slave)
+
+    def test_robot_files(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write('version = 1\nname = "x"\n\n[bus.left]\nfamily = "sam"\n\n[joint.elbow]\nbus = "left"\nid = 1\n'
+                       'modle = "SAM-20"\n')
+            file.flush()
+            for verb in (["sim", file.name], ["watch", "--robot", file.name]):
+                said = self.refused(verb, 9, "modle", "did you mean model")
+                self.assertRegex(said, rf"{re.escape(file.name)}:10:1: ")
+        self.refused(["sim", "/sinew/is-not-here.toml"], 9, "/sinew/is-not-here.toml")
+
+    def test_what_does_not_exist_on_a_firmware_line_is_refused(self):
+        self.refused(["send", "x:y", "speed-closed-loop-torque", "--family", "rmd", "--id", "1", "--dry-run"], 10, "lk-2.35")
+
+    def test_bytes_that_are_no_frame(self):
+        done = sinew("decode", "FF E0 C2 01 00 00 24", code=8)
+        self.assertRegex(done.stdout, r"checksum 0x24, expected 0x23")
+
+    def test_what_moves_needs_yes_without_a_terminal(self):
+        self.refused(["move", f"sim:{DEMO}#left", "5deg", *SAM], 2, "--yes")
+        self.refused(["send", f"sim:{DEMO}#left", "set-id", "new_id=9", *SAM], 2, "--yes", "flash")
+
+    def test_words_that_are_missing_or_too_many(self):
+        self.refused(["scan"], 2, "LINK is missing", "sinew scan LINK")
+        self.refused(["messages", "sam", "ping", "pong"], 2, "'pong'")
+        self.refused(["info", "elbow"], 2, "elbow", "--robot")
+        self.refused(["info", "serial:/dev/null"], 2, "--family")
+        self.refused(["info", "serial:/dev/null", "--family", "sam"], 2, "--id")
+        self.refused(["move", f"sim:{DEMO}#left", "90", *SAM, "--yes"], 2, "'90'", "90deg")
+        self.refused(["sim", DEMO, "--for", "soon"], 2, "--for", "'soon'")
+
+    def test_limits_of_the_robot_file(self):
+        links = [w for bus in ("left", "waist", "legs") for w in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
+        self.refused(["move", "elbow", "170deg", "--robot", DEMO, *links, "--yes"], 2, "position_max_deg", "140 deg")
+
+    def test_help_names_every_exit_code(self):
+        text = sinew("--help").stdout
+        for code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 130):
+            self.assertRegex(text, rf"(?m)^  {code} +\w")
+
+    def test_help_fits(self):
+        verbs = re.findall(r"(?m)^  (\w+) +\S", sinew("--help", columns=80).stdout.split("Options")[0])
+        self.assertEqual(len(verbs), 11)
+        for columns in (50, 80):
+            for words in [["--help"]] + [[verb, "--help"] for verb in verbs]:
+                for line in sinew(*words, columns=columns).stdout.splitlines():
+                    self.assertLessEqual(len(line), columns, f"{words} at {columns}: {line}")
+
+    def test_output_that_cannot_be_written_is_code_1(self):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([SINEW, "messages", "sam"], stdout=full, stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

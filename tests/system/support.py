@@ -1,0 +1,96 @@
+"""What the tests of the command share: the binary, a simulated robot behind ptys, and a terminal."""
+import json
+import os
+import pty
+import select
+import signal
+import subprocess
+import time
+
+SINEW = os.environ["SINEW"]
+SOURCE = os.environ["SINEW_SOURCE"]
+DEMO = os.path.join(SOURCE, "robots", "demo.toml")
+PATIENCE = 120  # seconds; for a machine that has other work
+
+
+def environment(**more):
+    env = {k: v for k, v in os.environ.items() if k not in ("SINEW_ROBOT", "COLUMNS", "NO_COLOR")}
+    env.update(more)
+    return env
+
+
+def sinew(*words, code=0, text=None, columns=None):
+    """Runs the command without a terminal and checks its exit code."""
+    env = environment(COLUMNS=str(columns)) if columns else environment()
+    done = subprocess.run([SINEW, *words], input=text, stdin=subprocess.DEVNULL if text is None else None,
+                          capture_output=True, text=True, timeout=PATIENCE, env=env, cwd=SOURCE)
+    if done.returncode != code:
+        raise AssertionError(f"sinew {' '.join(words)} ended with {done.returncode} instead of {code}\n"
+                             f"{done.stdout}{done.stderr}")
+    return done
+
+
+def as_json(*words, code=0):
+    return json.loads(sinew(*words, "--json", code=code).stdout)
+
+
+class Simulator:
+    """`sinew sim` of a robot file, with its links by bus name."""
+
+    def __init__(self, robot=DEMO, buses=3):
+        self.process = subprocess.Popen([SINEW, "sim", robot], stdout=subprocess.PIPE, text=True, env=environment())
+        self.lines = [self.process.stdout.readline().rstrip("\n") for _ in range(buses)]
+        self.link = {line.split()[0]: line.split()[2] for line in self.lines}
+        self.robot = ["--robot", robot]
+        for name, link in self.link.items():
+            self.robot += ["--link", f"{name}={link}"]
+
+    def close(self):
+        """Ends it as Ctrl-C does and returns its exit code."""
+        self.process.send_signal(signal.SIGINT)
+        code = self.process.wait(PATIENCE)
+        self.process.stdout.close()
+        return code
+
+
+class Terminal:
+    """A command whose stdin and stderr, and stdout unless it is kept apart, are a terminal."""
+
+    def __init__(self, *words, stdout=None, columns=80):
+        self.master, slave = pty.openpty()
+        import fcntl
+        import struct
+        import termios
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        self.process = subprocess.Popen([SINEW, *words], stdin=slave, stderr=slave, stdout=stdout or slave,
+                                        env=environment(), cwd=SOURCE)
+        os.close(slave)
+        self.seen = ""
+
+    def read_until(self, word):
+        """Everything up to a word; fails when it does not come."""
+        end = time.monotonic() + PATIENCE
+        while word not in self.seen:
+            ready, _, _ = select.select([self.master], [], [], max(0, end - time.monotonic()))
+            if not ready or not self._read():
+                raise AssertionError(f"'{word}' did not come, but: {self.seen}")
+        return self.seen
+
+    def _read(self):
+        try:
+            data = os.read(self.master, 65536)
+        except OSError:  # the other end is closed
+            return False
+        self.seen += data.decode(errors="replace")
+        return bool(data)
+
+    def type(self, text):
+        os.write(self.master, text.encode())
+
+    def end(self):
+        """Reads the rest and returns the exit code."""
+        while self._read():
+            pass
+        code = self.process.wait(PATIENCE)
+        os.close(self.master)
+        return code
