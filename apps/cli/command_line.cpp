@@ -84,8 +84,7 @@ std::expected<Words, Error> understand(const Verb& verb, std::span<char* const> 
             return fail(Errc::bad_argument, fmt::format("{} is given twice", option.name));
     for (const auto& argument : verb.arguments)
         if (argument.required && !out.has(argument.name))
-            return fail(Errc::bad_argument,
-                        fmt::format("{} is missing: {}. Write {}", argument.name, argument.says, usage(verb)));
+            return fail(Errc::bad_argument, fmt::format("{} is missing; write {}", argument.name, usage(verb)));
     return out;
 }
 

@@ -27,6 +27,9 @@ std::expected<std::string, Error> read_text(const Words& words)
             return fail(Errc::bad_file, fmt::format("{} cannot be read", given[0]));
         return text;
     }
+    if (given.size() == 1 && given[0].find_first_of("./") != std::string::npos &&
+        given[0].find('#') == std::string::npos)
+        return fail(Errc::bad_file, fmt::format("there is no file {}", given[0]));
     std::string text;
     for (const auto& word : given)
         text += word + ' ';

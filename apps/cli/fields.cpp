@@ -76,9 +76,12 @@ std::expected<std::int64_t, Error> raw_of(const Device& device, const wire::Mess
     // Whole numbers first: 0x1A is no ampere.
     const auto whole = to_integer(word);
     const auto raw = whole ? std::optional(*whole) : physical(word, field, reading);
-    if (!raw)
-        return fail(Errc::bad_argument, fmt::format("{} of {} takes {}, not '{}'", field.name, message.name(),
-                                                    what_fits(field, reading), word));
+    if (!raw) {
+        auto refused = fail(Errc::bad_argument, fmt::format("{} of {} takes {}, not '{}'", field.name, message.name(),
+                                                            what_fits(field, reading), word));
+        refused.error().field = field.name; // a model may know a unit for it
+        return refused;
+    }
     if (!reading.range.contains(*raw))
         return std::unexpected(Error{.code = Errc::out_of_range,
                                      .message = message.name(),
@@ -160,7 +163,7 @@ std::expected<wire::Values, Error> values_from(const Device& device, const wire:
             continue;
         }
         if (word == nullptr)
-            return fail(Errc::missing_field, fmt::format("{} needs {}={}", message.name(), field->name,
+            return fail(Errc::missing_field, fmt::format("{} needs {}=VALUE, {}", message.name(), field->name,
                                                          what_fits(*field, device.reading(message, *field))));
         const auto raw = raw_of(device, message, *field, word->value);
         if (!raw)

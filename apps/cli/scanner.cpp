@@ -9,7 +9,8 @@ namespace {
 
 /// A device that answers at all does it within this, in nearly every adapter.
 constexpr Duration quick_margin = std::chrono::milliseconds(20);
-/// Once answers came, the line has shown how fast it is: four times what they took beyond the wire, but not less.
+/// Once answers came, the line has shown how fast it is: twice the slowest of them is enough, and what comes
+/// later still is noticed.
 constexpr Duration least_margin = std::chrono::milliseconds(6);
 constexpr int answers_to_know_a_line = 2;
 /// Where something was heard and not understood it is looked at again with time to spare.
@@ -275,7 +276,7 @@ std::expected<void, Error> Scanner::run_serial(const Pass& pass, const std::func
         const std::size_t known = found.size();
         // An answer that comes late is heard by the next id, except that to the last one.
         const bool fast = known >= answers_to_know_a_line && id < pass.ids.high;
-        const Duration margin = fast ? std::clamp(4 * slowest, least_margin, quick_margin) : quick_margin;
+        const Duration margin = fast ? std::clamp(2 * slowest, least_margin, quick_margin) : quick_margin;
         if (const auto asked = ask(*pass.family, id, with_margin(margin), noise, found); !asked)
             return std::unexpected(asked.error());
         if (found.size() > known)

@@ -207,7 +207,7 @@ std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
 {
     const auto path = robot_path(words);
     if (!path)
-        return fail(Errc::bad_argument, fmt::format("what is meant? {}", how_to_name_a_device));
+        return fail(Errc::bad_argument, fmt::format("which device? Please {}", how_to_name_a_device));
     return joints_of(words, *path, std::nullopt);
 }
 

@@ -128,7 +128,8 @@ Outcome transact(const Words& words, Device device, const wire::MessageInfo& mes
     const bool dry = words.has("--dry-run");
     const auto prepared = prepare(device, message, field_words);
     // A value with its unit may need the model, which a device can be asked for.
-    const bool model_may_help = !dry && !device.spec && !prepared && prepared.error().code == Errc::bad_argument;
+    const bool model_may_help = !dry && !device.spec && !prepared && prepared.error().code == Errc::bad_argument &&
+                                !prepared.error().field.empty();
     if (!prepared && !model_may_help)
         return std::unexpected(prepared.error());
     if (dry) {

@@ -50,6 +50,7 @@ class Errors(unittest.TestCase):
         self.refused(["send", "x:y", "quick-set-runtime-pd-gain", "p_gain=0", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain is 0", "1 … 254")
         self.refused(["send", "x:y", "set-pd-gain", "p_gain=x", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain", "'x'")
         self.refused(["send", "x:y", "set-pd-gain", "d_gain=2", *SAM, "--dry-run"], 2, "p_gain")
+        self.refused(["set", "serial:/dev/null", "pd-gain", "p_gain", *SAM], 2, "'p_gain' is not written FIELD=VALUE")
 
     def test_links(self):
         self.refused(["info", "serial:/dev/sinew-is-not-here", *SAM], 3, "/dev/sinew-is-not-here")
@@ -87,6 +88,7 @@ class Errors(unittest.TestCase):
             for verb in (["sim", file.name], ["watch", "--robot", file.name]):
                 said = self.refused(verb, 9, "modle", "did you mean model")
                 self.assertRegex(said, rf"{re.escape(file.name)}:10:1: ")
+        self.refused(["decode", "is-not-here.log"], 9, "is-not-here.log")
         self.refused(["sim", "/sinew/is-not-here.toml"], 9, "/sinew/is-not-here.toml")
 
     def test_what_does_not_exist_on_a_firmware_line_is_refused(self):
