@@ -12,8 +12,7 @@
 
 /// The robot file as plain values that remember where they stood. It knows no family: `families.hpp` checks models,
 /// profiles, ids and options.
-namespace sinew::config
-{
+namespace sinew::config {
 
 /// Place of a value in its file, both counted from 1.
 struct Mark {

@@ -8,8 +8,7 @@
 
 /// The one codec. Encoding and decoding are all or nothing: a value out of range, a wrong constant, length or checksum,
 /// or a repeated value that differs is an error with its evidence; nothing is clamped. No heap, no exceptions.
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// A message and the device it is for or from. `id` is -1 where the frame carries none (SAM replies).
 template <class M>
@@ -18,8 +17,7 @@ struct Addressed {
     M message{};
 };
 
-namespace detail
-{
+namespace detail {
 
 /// A frame with everything in it that no value changes, made at compile time.
 template <class M, Direction D>

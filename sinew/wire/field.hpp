@@ -5,8 +5,7 @@
 #include <string_view>
 
 /// Rows: one description of each wire fact, from which everything else is made.
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// An inclusive range of raw values.
 struct Range {

@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <span>
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// One message as it travels: the bytes on a serial line, or the data of one CAN frame with its identifier.
 /// A regular value without heap; the largest frame of the three families is SAM's motion program with 22 bytes.

@@ -9,8 +9,7 @@
 
 /// How a plain struct becomes a message: beside it stands `consteval auto row_of(const Struct*)`, which returns
 /// `message<Struct, Reply>(info, request side, reply side)`. `row<Struct>` is the checked row.
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// A field and the member that holds its value: an integer, a bool or an enumeration.
 template <class M, class T>
@@ -206,8 +205,7 @@ using ReplyOf = typename std::remove_cvref_t<decltype(row<M>)>::ReplyMessage;
 
 // ---- the same without types ----
 
-namespace detail
-{
+namespace detail {
 
 template <class Part>
 constexpr Field field_of(const Part& part)

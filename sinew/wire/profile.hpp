@@ -4,8 +4,7 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// What a model or firmware line says differently about one field. Messages and fields by name; an empty message means
 /// every message with such a field.

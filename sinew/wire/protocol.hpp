@@ -8,8 +8,7 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// Where the next frame of a byte stream stands: after `skip` bytes of garbage, `size` bytes long. Size 0: what follows
 /// the garbage is not a frame yet; come back with more bytes, or when the line has fallen silent.

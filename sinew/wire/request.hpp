@@ -6,8 +6,7 @@
 #include <cassert>
 #include <span>
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// A request ready for the wire, with all that a bus must know to carry it out.
 struct Request {

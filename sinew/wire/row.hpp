@@ -7,8 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 enum class Checksum : std::uint8_t {
     none,

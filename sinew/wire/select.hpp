@@ -2,8 +2,7 @@
 #include "sinew/wire/frame.hpp"
 #include "sinew/wire/row.hpp"
 
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// Whether the constants and the opcode of a side stand in the frame and its size fits: the bytes that say which
 /// message it is, without its values and its checksum.

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 
-namespace sinew::wire
-{
-namespace
-{
+namespace sinew::wire {
+namespace {
 
 bool carries_meaning(const Field& f, Options options)
 {
@@ -173,7 +171,8 @@ std::expected<Frame, Error> encode(const MessageInfo& message, Direction directi
     const auto selector = side.selector.empty() ? std::nullopt : values.find(side.selector);
     for (const auto& [field, unused] : value_fields(side, options, selector)) {
         if (field->kind == Kind::sequence) {
-            const auto given = std::ranges::count(values.all(), field->name, [](const Value& v) { return v.field->name; });
+            const auto given =
+                std::ranges::count(values.all(), field->name, [](const Value& v) { return v.field->name; });
             if (given != 2 * count)
                 return std::unexpected(wrong(Errc::bad_length, message.info, field->name, given, 2 * count));
             for (const auto& value : values)
@@ -243,8 +242,7 @@ std::expected<AddressedValues, Error> decode(const MessageInfo& message, Directi
     return out;
 }
 
-namespace detail
-{
+namespace detail {
 
 Error explain_id(const Info& info, const Range& ids, std::int64_t id)
 {

@@ -11,8 +11,7 @@
 
 /// Messages by name and number, for everything that does not know their C++ types. The same rows and the same bits as
 /// the typed codec.
-namespace sinew::wire
-{
+namespace sinew::wire {
 
 /// One field and its raw value. A sequence appears as one entry per byte, all with the field of the sequence.
 struct Value {
@@ -26,7 +25,11 @@ class Values
 public:
     static constexpr std::size_t capacity = 24;
 
-    void add(const Field& field, std::int64_t raw) { assert(size_ < capacity); all_[size_++] = {&field, raw}; }
+    void add(const Field& field, std::int64_t raw)
+    {
+        assert(size_ < capacity);
+        all_[size_++] = {&field, raw};
+    }
     std::span<const Value> all() const { return std::span(all_).first(size_); }
     std::optional<std::int64_t> find(std::string_view name) const;
     auto begin() const { return all().begin(); }

@@ -28,7 +28,8 @@ std::expected<std::int64_t, Error> speed_raw(double speed_rad_s, std::int64_t le
     const auto raw = static_cast<std::int64_t>(std::floor(units::rpm(std::abs(speed_rad_s)) / speed_lsb_rpm + 1e-6));
     if (raw < least || raw > largest)
         return fail(Errc::out_of_range,
-                    fmt::format("a speed goes from {:g} to {:g} deg/s", units::deg(units::rad_s_from_rpm(speed_lsb_rpm)),
+                    fmt::format("a speed goes from {:g} to {:g} deg/s",
+                                units::deg(units::rad_s_from_rpm(speed_lsb_rpm)),
                                 units::deg(units::rad_s_from_rpm(static_cast<double>(largest) * speed_lsb_rpm))));
     return raw;
 }
@@ -102,9 +103,7 @@ std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad
     if (auto on = switch_on(out); !on)
         return on;
     return add(out, "accel-speed-control",
-               {{"speed_direction", direction(velocity_rad_s)},
-                {"speed", *speed},
-                {"arrival_time", arrival_time}});
+               {{"speed_direction", direction(velocity_rad_s)}, {"speed", *speed}, {"arrival_time", arrival_time}});
 }
 
 std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State&)

@@ -30,7 +30,7 @@ private:
 
     Spec spec_;
     actuator::Capabilities can_;
-    bool off_ = false;      ///< switched off by us, or said so by itself
+    bool off_ = false;             ///< switched off by us, or said so by itself
     std::optional<bool> relative_; ///< as it said itself; a position is planned only where it is known
 };
 

@@ -5,8 +5,7 @@
 
 /// Nuri: 24 requests and 10 replies. Source: the RS-485 protocol in nuri.txt; resolutions named in each row (README.md
 /// of this folder). Bytes count from the first header byte; multi-byte fields are big endian (N11).
-namespace sinew::nuri
-{
+namespace sinew::nuri {
 
 using namespace wire;
 

@@ -41,8 +41,8 @@ Driver::Driver(const Spec& spec) : spec_(spec)
 std::expected<void, Error> Driver::add(wire::Requests& out, std::string_view message,
                                        std::initializer_list<wire::NamedNumber> numbers) const
 {
-    auto request = wire::make_request(spec_.profile.line, message, spec_.id, numbers, spec_.profile.options(),
-                                      response_time);
+    auto request =
+        wire::make_request(spec_.profile.line, message, spec_.id, numbers, spec_.profile.options(), response_time);
     if (!request)
         return std::unexpected(std::move(request.error()));
     out.add(*request);
@@ -72,8 +72,8 @@ std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_ra
     // Rounded down, but for the noise of the conversion: a limit is never exceeded.
     const auto max_speed = static_cast<std::int64_t>(std::floor(units::deg(*limit_rad_s) / lsb + 1e-6));
     if (max_speed < 1 || max_speed > fastest_limit)
-        return fail(Errc::out_of_range, fmt::format("a speed limit goes from {:g} to {:g} deg/s on this firmware line", lsb,
-                                                    lsb * static_cast<double>(fastest_limit)));
+        return fail(Errc::out_of_range, fmt::format("a speed limit goes from {:g} to {:g} deg/s on this firmware line",
+                                                    lsb, lsb * static_cast<double>(fastest_limit)));
     return add(out, "multi-loop-angle-speed", {{"max_speed", max_speed}, {"angle", angle}});
 }
 

@@ -3,10 +3,8 @@
 #include "sinew/family/rmd/messages.hpp"
 #include "sinew/wire/select.hpp"
 
-namespace sinew::rmd
-{
-namespace
-{
+namespace sinew::rmd {
+namespace {
 
 constexpr std::size_t parameter_byte = 1;
 

@@ -1,8 +1,7 @@
 #pragma once
 #include "sinew/wire/protocol.hpp"
 
-namespace sinew::rmd
-{
+namespace sinew::rmd {
 
 /// RMD on the wire: one CAN frame with eight data bytes a message, told by identifier and first byte. The identifier of
 /// a reply is the one of its request unless the firmware line says otherwise, so an acknowledgement can be byte for

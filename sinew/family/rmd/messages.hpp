@@ -5,8 +5,7 @@
 
 /// RMD: the 28 messages of the manual (V2.35). Source: rmd.txt; resolutions named in each row (README.md of this
 /// folder). Bytes are the data bytes of the CAN frame; multi-byte fields are little endian.
-namespace sinew::rmd
-{
+namespace sinew::rmd {
 
 using namespace wire;
 

@@ -123,8 +123,10 @@ void add_encoder(Spec& spec)
 void add_max_speed(Spec& spec)
 {
     for (const wire::Override& one : whole_degrees)
-        add(spec,
-            {.message = one.message, .field = one.field, .scale = spec.profile.sent_max_speed_lsb_dps(), .source = "R01"});
+        add(spec, {.message = one.message,
+                   .field = one.field,
+                   .scale = spec.profile.sent_max_speed_lsb_dps(),
+                   .source = "R01"});
 }
 
 } // namespace

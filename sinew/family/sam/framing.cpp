@@ -5,10 +5,8 @@
 
 #include <array>
 
-namespace sinew::sam
-{
-namespace
-{
+namespace sinew::sam {
+namespace {
 
 constexpr std::uint8_t header_byte = 0xFF;
 constexpr std::uint8_t standard_mark = 0xE0;

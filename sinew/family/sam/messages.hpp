@@ -6,8 +6,7 @@
 
 /// SAM: 57 messages. Source: SAM series User Manual Ver 1.0; opcodes and layouts with the resolutions named in each row
 /// (README.md of this folder). Requests count the header as byte 0, replies start at byte 0.
-namespace sinew::sam
-{
+namespace sinew::sam {
 
 using namespace wire;
 
