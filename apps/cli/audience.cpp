@@ -110,14 +110,19 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
     for (const auto& listener : listeners_) {
         const auto heard = hear_at(frame.bytes(), bit_rate, listener.ear);
         for (const bool takes_broken : {false, true}) {
+            const auto& remembers = listener.remembers[takes_broken];
             auto alone = delivered(heard, takes_broken);
-            auto after = listener.remembers[takes_broken];
             if (alone.empty())
                 continue;
-            after.insert(after.end(), alone.begin(), alone.end());
+            auto after = remembers;
+            if (!remembers.empty())
+                after.insert(after.end(), alone.begin(), alone.end());
+            if (takes_harm(*listener.family, alone, true))
+                return false;
+            if (remembers.empty())
+                continue;
             auto then_silent = after;
-            if (takes_harm(*listener.family, alone, true) || takes_harm(*listener.family, after, false) ||
-                takes_harm(*listener.family, then_silent, true))
+            if (takes_harm(*listener.family, after, false) || takes_harm(*listener.family, then_silent, true))
                 return false;
         }
     }
