@@ -42,7 +42,7 @@ bool Device::answers(const wire::MessageInfo& message) const
         return false;
     if (!spec)
         return !message.info.answered_as_command;
-    return message.info.answered_as_command ? answers_commands(*spec) : answers_reads(*spec);
+    return sinew::answers(*spec, message);
 }
 
 std::expected<const Family*, Error> family_named(std::string_view name)
@@ -112,6 +112,9 @@ std::expected<Device, Error> device_of(const Words& words, std::string_view link
 std::expected<wire::Request, Error> request(const Device& device, const wire::MessageInfo& message,
                                             const wire::Values& values)
 {
+    if (device.spec && !offers(*device.spec, message))
+        return fail(Errc::unsupported,
+                    fmt::format("{} has no {}; only {} do", device.model(), message.name(), message.info.restriction));
     const auto frame = wire::encode(message, wire::Direction::request, device.id, values, device.options());
     if (!frame)
         return std::unexpected(frame.error());

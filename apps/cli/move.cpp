@@ -64,14 +64,12 @@ double position_of(const Driven& driven)
 Outcome stop_here(Driven& driven)
 {
     clear_interrupt();
-    auto held = read_state(driven, actuator::Depth::motion);
-    if (held) {
-        const auto requests = driven.driver->plan({.mode = actuator::Mode::hold}, driven.state);
-        held = requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
-    }
-    if (!held)
+    if (const auto held = hold(driven); !held)
         return std::unexpected(held.error());
-    fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+    if (const auto read = read_state(driven, actuator::Depth::motion); read && driven.state.position_rad)
+        fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+    else
+        fmt::print(stderr, "Stopped; it was told to hold.\n");
     return exit_interrupted;
 }
 
@@ -80,8 +78,12 @@ std::expected<void, Error> start(Driven& driven, const Goal& goal)
     const auto* joint = driven.device.joint;
     actuator::Command command{.mode = actuator::Mode::position,
                               .position_rad = to_actuator_position(joint, goal.position_rad)};
-    if (goal.speed_rad_s)
-        command.velocity_rad_s = *goal.speed_rad_s * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
+    // The limit of the robot file is also the speed of a move that names none.
+    auto speed = goal.speed_rad_s;
+    if (!speed && joint != nullptr && driven.driver->capabilities().velocity_limit)
+        speed = joint->velocity_max_rad_s;
+    if (speed)
+        command.velocity_rad_s = *speed * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
     const auto requests = driven.driver->plan(command, driven.state);
     return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
 }
@@ -146,8 +148,15 @@ Outcome run(const Words& words)
     // Where a device stops within is not documented; half a degree is what the coarsest of them can tell.
     const double finest = 2.0 * driven->driver->capabilities().position_step_rad;
     goal->tolerance_rad = std::max(units::rad(0.5), finest);
-    if (auto started = start(*driven, *goal); !started)
+    if (auto started = start(*driven, *goal); !started) {
+        // The command may be out although nobody acknowledged it.
+        const auto code = started.error().code;
+        if (code == Errc::stopped)
+            return stop_here(*driven);
+        if (code == Errc::timeout || code == Errc::bad_reply)
+            (void)hold(*driven);
         return std::unexpected(started.error());
+    }
     return follow(words, session, *driven, *goal);
 }
 

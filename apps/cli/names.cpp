@@ -74,8 +74,7 @@ std::expected<const wire::MessageInfo*, Error> setter_named(const Device& device
 
 bool asks_nothing(const Device& device, const wire::MessageInfo& message)
 {
-    const auto* sam = device.spec ? std::get_if<sam::Spec>(&*device.spec) : nullptr;
-    if (sam != nullptr && !sam::offers(*sam->model, message))
+    if (device.spec && !offers(*device.spec, message))
         return false;
     return reads_what(message) && wire::value_fields(message.request, device.options()).all().empty() &&
            wire::request_ids(message).contains(device.id);

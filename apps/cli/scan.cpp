@@ -97,6 +97,7 @@ void print_found(const Words& words, const std::string& link, const std::vector<
                                       {"bit_rate", f.bit_rate != 0 ? Json(f.bit_rate) : Json()},
                                       {"id", f.id},
                                       {"model", f.model.empty() ? Json() : Json(f.model)},
+                                      {"profile", f.line.empty() ? Json() : Json(f.line)},
                                       {"round_trip_s", seconds(f.round_trip)}}));
         print(Json::object({{"link", link}, {"complete", complete}, {"devices", devices}}));
         return;
@@ -104,7 +105,7 @@ void print_found(const Words& words, const std::string& link, const std::vector<
     Table table({"FAMILY", "BAUD", "ID", "MODEL"});
     for (const auto& f : found)
         table.add({std::string(f.family->name), f.bit_rate != 0 ? std::to_string(f.bit_rate) : "", std::to_string(f.id),
-                   f.model});
+                   f.line.empty() ? f.model : fmt::format("profile {}", f.line)});
     if (!table.empty())
         fmt::print("{}", table.text());
 }

@@ -182,15 +182,30 @@ std::expected<void, Error> Scanner::run_can(const Pass& pass, std::vector<Found>
 {
     const auto bus = make_bus(*pass.family, patient);
     StopOnInterrupt stop(*bus);
-    std::vector<wire::Request> requests;
-    for (auto id = pass.ids.low; id <= pass.ids.high; ++id)
-        requests.push_back(ways_to_ask(*pass.family, static_cast<int>(id)).front());
-    std::vector<bus::Result> results(requests.size());
-    if (auto done = bus->exchange(requests, results); !done)
-        return done;
-    for (std::size_t i = 0; i < results.size(); ++i)
-        if (results[i].good)
-            found.push_back({pass.family, link_bit_rate(), requests[i].id, {}, results[i].at - results[i].sent_at});
+    // Lines that answer with another identifier are asked once more: their answers belong to no default request.
+    std::vector<std::uint32_t> reply_bases;
+    for (const auto* line : pass.family->profiles) {
+        const auto base = line->options.can_reply_base;
+        if (std::ranges::find(reply_bases, base) != reply_bases.end())
+            continue;
+        reply_bases.push_back(base);
+        std::vector<wire::Request> requests;
+        for (auto id = pass.ids.low; id <= pass.ids.high; ++id) {
+            requests.push_back(ways_to_ask(*pass.family, static_cast<int>(id)).front());
+            requests.back().options.can_reply_base = base;
+        }
+        std::vector<bus::Result> results(requests.size());
+        if (auto done = bus->exchange(requests, results); !done)
+            return done;
+        for (std::size_t i = 0; i < results.size(); ++i)
+            if (results[i].good)
+                found.push_back({.family = pass.family,
+                                 .bit_rate = link_bit_rate(),
+                                 .id = requests[i].id,
+                                 .model = {},
+                                 .line = base != 0 ? line->name : std::string_view{},
+                                 .round_trip = results[i].at - results[i].sent_at});
+    }
     return {};
 }
 
@@ -241,7 +256,11 @@ std::expected<bool, Error> Scanner::ask(const Family& family, int id, const bus:
     }
     if (!seen->reply)
         return false;
-    found.push_back({&family, link_bit_rate(), id, model_of(family, id), seen->round_trip});
+    found.push_back({.family = &family,
+                     .bit_rate = link_bit_rate(),
+                     .id = id,
+                     .model = model_of(family, id),
+                     .round_trip = seen->round_trip});
     return true;
 }
 

@@ -32,7 +32,8 @@ struct Found {
     const Family* family = nullptr;
     std::uint32_t bit_rate = 0;
     int id = -1;
-    std::string model; ///< empty: the device does not say, or nobody documents it
+    std::string model;       ///< empty: the device does not say, or nobody documents it
+    std::string_view line{}; ///< firmware line, where the answer tells it; empty: any
     Duration round_trip{};
 };
 
@@ -42,13 +43,6 @@ std::vector<Pass> passes(const ScanPlan& plan, bool can, std::uint32_t link_bit_
 
 /// How long a pass takes if nobody answers.
 Duration expected_time(const Pass& pass);
-
-struct Progress {
-    const Pass* pass = nullptr;
-    int id = 0;
-    std::size_t found = 0;
-    Duration passed{}, expected{};
-};
 
 class Scanner
 {

@@ -70,6 +70,8 @@ std::expected<Driven, Error> drive(Session& session, Device device);
 /// Carries out what a driver planned, and puts what comes back into the state. The first failure ends it.
 std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests);
 std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);
+/// Stays where it is, with torque. Where the protocol can hold without knowing the position nothing is read first.
+std::expected<void, Error> hold(Driven& driven);
 
 /// One request; no values where no answer is due.
 std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request);

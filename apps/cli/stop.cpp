@@ -13,23 +13,23 @@ struct Done {
     std::expected<std::string, Error> outcome; ///< what it does now
 };
 
-std::expected<std::string, Error> stop_one(Session& session, Device device, bool hold)
+std::expected<std::string, Error> stop_one(Session& session, Device device, bool keep_torque)
 {
     auto driven = drive(session, std::move(device));
     if (!driven)
         return std::unexpected(driven.error());
-    // Holding needs to know where; letting go must not wait for an answer.
-    if (hold)
-        if (auto read = read_state(*driven, actuator::Depth::motion); !read)
-            return std::unexpected(read.error());
-    const auto requests =
-        driven->driver->plan({.mode = hold ? actuator::Mode::hold : actuator::Mode::release}, driven->state);
+    if (keep_torque) {
+        if (auto held = hold(*driven); !held)
+            return std::unexpected(held.error());
+        return "told to hold";
+    }
+    const auto requests = driven->driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
         return std::unexpected(requests.error());
     const bool acknowledged = requests->all().back().answered;
     if (auto sent = carry_out(*driven, *requests); !sent)
         return std::unexpected(sent.error());
-    return fmt::format("{}{}", hold ? "holds" : "released", acknowledged ? "" : " (not acknowledged)");
+    return acknowledged ? "released" : "released (not acknowledged)";
 }
 
 /// All devices of a line at once, where the family has a message for that.
@@ -69,6 +69,11 @@ std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words&
     };
     std::vector<Done> done;
     if ((*family)->broadcast_id >= 0) {
+        if (words.has("--hold"))
+            return fail(Errc::bad_argument,
+                        fmt::format("{} has no message that makes all devices of a line hold; add --id N, or name a "
+                                    "robot file",
+                                    (*family)->name));
         const auto everybody = device_with((*family)->broadcast_id);
         if (!everybody)
             return std::unexpected(everybody.error());

@@ -20,7 +20,7 @@ TEST(DemoRobot, HasEveryFamilyAndEverySamModel)
         models[joint.family->name].insert(model_of(joint.device));
         ++joints[joint.family->name];
         if (joint.family->name == "sam")
-            acknowledged.insert(answers_commands(joint.device));
+            acknowledged.insert(answers(joint.device, wire::info_of<sam::SetPdGain>));
         EXPECT_TRUE(joint.joint->position_min_rad && joint.joint->position_max_rad && joint.joint->velocity_max_rad_s)
             << joint.joint->name;
         if (const auto* rmd = std::get_if<rmd::Spec>(&joint.device)) {

@@ -193,17 +193,16 @@ Duration response_time_of(const DeviceSpec& device)
     return family_of(device).response_time.most;
 }
 
-bool answers_commands(const DeviceSpec& device)
+bool offers(const DeviceSpec& device, const wire::MessageInfo& message)
 {
-    return std::visit(Overloaded{[](const sam::Spec& spec) { return spec.profile.response_level == 1; },
-                                 [](const nuri::Spec&) { return false; }, [](const rmd::Spec&) { return true; }},
-                      device);
+    const auto* sam = std::get_if<sam::Spec>(&device);
+    return sam == nullptr || sam::offers(*sam->model, message);
 }
 
-bool answers_reads(const DeviceSpec& device)
+bool answers(const DeviceSpec& device, const wire::MessageInfo& message)
 {
-    const auto* spec = std::get_if<sam::Spec>(&device);
-    return !spec || spec->profile.response_level != 2;
+    const auto* sam = std::get_if<sam::Spec>(&device);
+    return message.reply.exists() && (sam == nullptr || sam->profile.answers(message));
 }
 
 } // namespace sinew

@@ -83,10 +83,11 @@ wire::Options options_of(const DeviceSpec& device);
 /// What model and options change in the reading of rows; for `wire::reading` after those of the line.
 std::span<const wire::Override> overrides_of(const DeviceSpec& device);
 Duration response_time_of(const DeviceSpec& device);
-/// Whether messages that set or move something are acknowledged: SAM by response level, Nuri never, RMD always.
-bool answers_commands(const DeviceSpec& device);
-/// Whether the device answers anything at all (SAM response level 2 does not).
-bool answers_reads(const DeviceSpec& device);
+/// Whether the product has this message at all: some of SAM's belong to the encoder models.
+bool offers(const DeviceSpec& device, const wire::MessageInfo& message);
+/// Whether the device answers this message when it alone is asked: SAM by response level, Nuri feedback requests only,
+/// RMD always.
+bool answers(const DeviceSpec& device, const wire::MessageInfo& message);
 
 // ---- a robot file ----
 

@@ -235,23 +235,24 @@ TEST(Resolve, ASimulatedSamStartsWithTheResponseLevelOfItsProfileUnlessToldOther
 {
     const std::string joint = "[joint.a]\nbus = \"s\"\nid = 3\nmodel = \"SAM-5\"\n";
     const auto silent = only_device(joint);
-    EXPECT_FALSE(answers_commands(silent));
-    EXPECT_TRUE(answers_reads(silent));
+    EXPECT_FALSE(answers(silent, wire::info_of<sam::SetPdGain>));
+    EXPECT_TRUE(answers(silent, wire::info_of<sam::ReadPdGain>));
     const auto same = only_device(joint + "[joint.a.profile_options]\nresponse_level = 1\n");
-    EXPECT_TRUE(answers_commands(same));
+    EXPECT_TRUE(answers(same, wire::info_of<sam::SetPdGain>));
     EXPECT_EQ(std::get<sam::Spec>(same).device.response_level, 1);
     const auto other = only_device(joint + "[joint.a.profile_options]\nresponse_level = 1\n[joint.a.sim]\n"
                                            "response_level = 2\n");
-    EXPECT_TRUE(answers_commands(other)) << "the host goes by the profile";
+    EXPECT_TRUE(answers(other, wire::info_of<sam::SetPdGain>)) << "the host goes by the profile";
     EXPECT_EQ(std::get<sam::Spec>(other).device.response_level, 2);
-    EXPECT_FALSE(answers_reads(only_device(joint + "[joint.a.profile_options]\nresponse_level = 2\n")));
+    EXPECT_FALSE(answers(only_device(joint + "[joint.a.profile_options]\nresponse_level = 2\n"),
+                         wire::info_of<sam::ReadPdGain>));
 }
 
 TEST(Resolve, WithoutControlDirectionTheMessageIsRefused)
 {
     const auto with = only_device("[joint.a]\nbus = \"n\"\nid = 3\n");
     EXPECT_TRUE(line_of(with).has(wire::info_of<nuri::SetControlDirection>));
-    EXPECT_FALSE(answers_commands(with));
+    EXPECT_FALSE(answers(with, wire::info_of<sam::SetPdGain>));
     const auto without =
         only_device("[joint.a]\nbus = \"n\"\nid = 3\n[joint.a.profile_options]\ncontrol_direction = false\n");
     EXPECT_FALSE(line_of(without).has(wire::info_of<nuri::SetControlDirection>));
