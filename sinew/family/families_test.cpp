@@ -252,7 +252,7 @@ TEST(Resolve, WithoutControlDirectionTheMessageIsRefused)
 {
     const auto with = only_device("[joint.a]\nbus = \"n\"\nid = 3\n");
     EXPECT_TRUE(line_of(with).has(wire::info_of<nuri::SetControlDirection>));
-    EXPECT_FALSE(answers(with, wire::info_of<sam::SetPdGain>));
+    EXPECT_FALSE(answers(with, wire::info_of<nuri::SetControlDirection>));
     const auto without =
         only_device("[joint.a]\nbus = \"n\"\nid = 3\n[joint.a.profile_options]\ncontrol_direction = false\n");
     EXPECT_FALSE(line_of(without).has(wire::info_of<nuri::SetControlDirection>));

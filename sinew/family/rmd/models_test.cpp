@@ -81,7 +81,10 @@ TEST(RmdLines, RepliesComeOnTheIdentifierOfTheLine)
 TEST(RmdLines, MaxSpeedCountsHundredthsOnlyInTheManual)
 {
     // R01: 90 dps is 9000 in the manual's example and 90 on every other line
-    EXPECT_DOUBLE_EQ(reading_of(spec_of("MG", "rmd-2.35"), "multi-loop-angle-speed", "max_speed").physical(9000), 90);
+    Profile manual = line("rmd-2.35");
+    manual.max_speed_confirmed = true;
+    EXPECT_DOUBLE_EQ(
+        reading_of(make_spec(*find_model("MG"), manual, 1), "multi-loop-angle-speed", "max_speed").physical(9000), 90);
     for (const auto* name : {"lk-2.35", "lk-2.36", "gyems-1.62", "myactuator-3"}) {
         EXPECT_EQ(line(name).max_speed_lsb_dps, 1.0) << name;
         EXPECT_DOUBLE_EQ(reading_of(spec_of("MG", name), "multi-loop-angle-speed", "max_speed").physical(90), 90)
@@ -96,6 +99,8 @@ TEST(RmdLines, AnUnconfirmedMaxSpeedIsSentInTheScaleThatCanOnlyBeSlow)
     Profile manual = line("rmd-2.35");
     EXPECT_FALSE(manual.max_speed_confirmed);
     EXPECT_EQ(manual.sent_max_speed_lsb_dps(), 1.0);
+    // By name as well: 90 dps must not become 9000 for a motor that may count whole degrees.
+    EXPECT_DOUBLE_EQ(reading_of(spec_of("MG", "rmd-2.35"), "multi-loop-angle-speed", "max_speed").physical(90), 90);
     manual.max_speed_confirmed = true;
     EXPECT_EQ(manual.sent_max_speed_lsb_dps(), 0.01);
     EXPECT_EQ(line("lk-2.35").sent_max_speed_lsb_dps(), 1.0);
