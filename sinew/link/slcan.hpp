@@ -9,8 +9,8 @@ namespace sinew::link {
 /// A CAN bus behind a serial adapter that speaks SLCAN (LAWICEL CANUSB, CANable and the like).
 ///
 /// What an adapter refuses (BEL) cannot be told apart by frame, for nothing in the protocol numbers them: the next
-/// `write()` says `link_failed`, once, and queues nothing. Frames with extended identifiers and remote requests of
-/// others are counted and dropped. The link is closed on the adapter too when this object goes.
+/// `write()` says `link_failed`, once, after its frames have gone out. Frames with extended identifiers and remote
+/// requests of others are counted and dropped. The link is closed on the adapter too when this object goes.
 class SlcanLink final : public CanLink
 {
 public:
