@@ -3,6 +3,8 @@
 #include "apps/cli/interrupt.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 
 namespace sinew::cli {
 namespace {
@@ -66,11 +68,10 @@ std::vector<Pass> passes(const ScanPlan& plan, bool can, std::uint32_t link_bit_
         return out;
     for (const auto* family : wanted)
         add(*family, family->default_bit_rate);
-    std::vector<std::pair<std::uint32_t, const Family*>> rest;
+    std::multimap<std::uint32_t, const Family*, std::greater<>> rest; // equal rates keep the order of the families
     for (const auto* family : wanted)
         for (const auto& rate : family->bit_rates)
-            rest.emplace_back(rate.bps, family);
-    std::ranges::stable_sort(rest, std::ranges::greater{}, &std::pair<std::uint32_t, const Family*>::first);
+            rest.emplace(rate.bps, family);
     for (const auto& [rate, family] : rest)
         add(*family, rate);
     return out;
