@@ -12,6 +12,7 @@ namespace {
 
 constexpr Duration step = std::chrono::milliseconds(100);       ///< between two looks
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
+constexpr int most_looks_at_a_stop = 20;
 constexpr Duration default_limit = std::chrono::seconds(60);
 
 struct Goal {
@@ -61,15 +62,24 @@ double position_of(const Driven& driven)
 }
 
 /// Stays where it is after Ctrl-C, with torque.
-Outcome stop_here(Driven& driven)
+Outcome stop_here(Session& session, Driven& driven)
 {
     clear_interrupt();
     if (const auto held = hold(driven); !held)
         return std::unexpected(held.error());
-    if (const auto read = read_state(driven, actuator::Depth::motion); read && driven.state.position_rad)
-        fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
-    else
-        fmt::print(stderr, "Stopped; it was told to hold.\n");
+    // It slows down first; what is said is where it stands.
+    std::optional<double> before;
+    for (int look = 0; look < most_looks_at_a_stop; ++look) {
+        if (!read_state(driven, actuator::Depth::motion) || !driven.state.position_rad)
+            break;
+        if (before == driven.state.position_rad) {
+            fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+            return exit_interrupted;
+        }
+        before = driven.state.position_rad;
+        wait_until(session, session.clock().now() + step);
+    }
+    fmt::print(stderr, "It was told to hold, but it does not stand still yet.\n");
     return exit_interrupted;
 }
 
@@ -98,7 +108,7 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
         wait_until(session, look);
         auto read = interrupted() ? std::expected<void, Error>{} : read_state(driven, actuator::Depth::motion);
         if (interrupted())
-            return stop_here(driven);
+            return stop_here(session, driven);
         if (!read)
             return std::unexpected(read.error());
         const TimePoint now = session.clock().now();
@@ -152,7 +162,7 @@ Outcome run(const Words& words)
         // The command may be out although nobody acknowledged it.
         const auto code = started.error().code;
         if (code == Errc::stopped)
-            return stop_here(*driven);
+            return stop_here(session, *driven);
         if (code == Errc::timeout || code == Errc::bad_reply)
             (void)hold(*driven);
         return std::unexpected(started.error());
