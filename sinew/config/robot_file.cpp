@@ -41,7 +41,8 @@ bool is_name(std::string_view name)
 
 /// The value if it is there; else fails because `owner` needs it.
 template <class T>
-Marked<T> needed(Reader& reader, std::optional<Marked<T>> value, Mark at, std::string_view owner, std::string_view key)
+Marked<T> needed(Reader& reader, const std::optional<Marked<T>>& value, Mark at, std::string_view owner,
+                 std::string_view key)
 {
     if (!value)
         reader.fail(at, fmt::format("{} needs {}.", owner, key));

@@ -97,7 +97,7 @@ public:
             return bit_rate_ = *set;
         if (!set && set.error() != EINVAL)
             return descriptor_.hang_up(std::strerror(set.error()));
-        tty::set_bit_rate(descriptor_.fd(), bit_rate_);
+        (void)tty::set_bit_rate(descriptor_.fd(), bit_rate_); // back to the old one; the refusal is what counts
         return refuse_rate(device_, bit_rate, set.value_or(bit_rate_));
     }
 

@@ -13,7 +13,6 @@ namespace {
 
 using namespace wire;
 using test::Again;
-using test::Family;
 
 constexpr std::size_t printed_vectors = 118;
 

@@ -183,7 +183,8 @@ double RmdMotor::single_turn_rad() const
 
 std::uint16_t RmdMotor::encoder_raw() const
 {
-    const auto step = static_cast<std::uint32_t>(wrapped(plant_.position_rad()) / turn_rad * encoder_steps_ + 0.5);
+    const auto step =
+        static_cast<std::uint32_t>(std::lround(wrapped(plant_.position_rad()) / turn_rad * encoder_steps_));
     return static_cast<std::uint16_t>(step % encoder_steps_);
 }
 
