@@ -91,6 +91,7 @@ public:
         return {bytes.size(), 0};
     }
     const MessageInfo* identify(const Frame&, Direction, const Profile&) const override { return nullptr; }
+    int addressee(const Frame& request) const override { return request.data[1]; }
     bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options) const override
     {
         if (message.reply.layout == &bare)

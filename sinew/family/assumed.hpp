@@ -31,13 +31,13 @@ inline constexpr Assumption assumptions[] = {
     {.family = "sam", .model = "SAM-160EO200", .inertia_kg_m2 = 0.24, .reason = assumed_because::sam},
     {.family = "sam", .model = "SAM-180EO200", .inertia_kg_m2 = 0.34, .reason = assumed_because::sam},
     {.family = "sam", .model = "SAM-210EO200", .inertia_kg_m2 = 0.47, .reason = assumed_because::sam},
-    {"nuri", "RSA", 0.05, units::rad_s_from_rpm(60.0), 3.0, 3.0, 24.0, assumed_because::nuri},
-    {"nuri", "MC", 0.05, units::rad_s_from_rpm(60.0), 3.0, 3.0, 24.0, assumed_because::nuri},
-    {"rmd", "RMD", 0.002, units::rad(1800.0), 2.0, 16.5, 24.0, assumed_because::rmd},
-    {"rmd", "MF", 0.002, units::rad(1800.0), 2.0, 16.5, 24.0, assumed_because::rmd},
-    {"rmd", "MG", 0.02, units::rad(720.0), 12.0, 33.0, 24.0, assumed_because::rmd},
-    {"rmd", "MS", 0.001, units::rad(2400.0), 0.5, 4.0, 24.0, assumed_because::rmd},
-    {"rmd", "RMD-L", 0.002, units::rad(1800.0), 2.0, 16.5, 24.0, assumed_because::rmd},
+    {"nuri", "RSA", 0.05, units::rad_s_from_rpm(60.0), 3.0, 1.0, 24.0, assumed_because::nuri},
+    {"nuri", "MC", 0.05, units::rad_s_from_rpm(60.0), 3.0, 1.0, 24.0, assumed_because::nuri},
+    {"rmd", "RMD", 0.002, units::rad(1800.0), 2.0, 3.0, 24.0, assumed_because::rmd},
+    {"rmd", "MF", 0.002, units::rad(1800.0), 2.0, 3.0, 24.0, assumed_because::rmd},
+    {"rmd", "MG", 0.02, units::rad(720.0), 12.0, 8.0, 24.0, assumed_because::rmd},
+    {"rmd", "MS", 0.001, units::rad(2400.0), 0.5, 1.0, 24.0, assumed_because::rmd},
+    {"rmd", "RMD-L", 0.002, units::rad(1800.0), 2.0, 3.0, 24.0, assumed_because::rmd},
 };
 
 /// How long a SAM may take to answer; the manual is silent (S82). Its loops run every millisecond.

@@ -50,18 +50,13 @@ RealTimeSimulator::~RealTimeSimulator() = default;
 void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until)
 {
     std::vector<link::Handle> handles(ports_.size());
-    TimePoint settled = clock_->now();
     while (!stop.load(std::memory_order_relaxed)) {
         serve(world_time());
         const TimePoint now = clock_->now();
         if (now >= until)
             return;
-        if (now >= settled + idle_step) {
-            world_->advance_devices();
-            settled = now;
-        }
         const TimePoint next = world_->next_event();
-        TimePoint deadline = std::min(until, settled + idle_step);
+        TimePoint deadline = std::min(until, now + idle_step);
         if (next != TimePoint::max())
             deadline = std::min(deadline, power_on_ + (next - TimePoint{}));
         std::ranges::transform(ports_, handles.begin(), [](const auto& port) { return link::Handle{port->handle()}; });

@@ -42,7 +42,7 @@ public:
     std::uint64_t late() const { return late_.load(std::memory_order_relaxed); }
     World& world() { return *world_; } ///< only from the thread that runs it
 
-    static constexpr Duration idle_step = std::chrono::milliseconds{50};
+    static constexpr Duration idle_step = std::chrono::milliseconds{5};
     static constexpr Duration late_limit = std::chrono::milliseconds{10};
 
 private:

@@ -2,6 +2,7 @@
 
 #include "sinew/base/bytes.hpp"
 #include "sinew/sim/firmware/devices.hpp"
+#include "sinew/sim/firmware/ratings.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -18,6 +19,18 @@ std::variant<SerialWire, CanWire> wire_of(const Family& family)
     return SerialWire{family.name == "sam" ? Duplex::full : Duplex::half};
 }
 
+/// ASSUMED: cable and power supply of a bus.
+constexpr double supply_ohm = 0.05;
+
+std::size_t supply_at(std::vector<Supply>& supplies, double voltage_v)
+{
+    const auto same = std::ranges::find(supplies, voltage_v, &Supply::nominal_v);
+    if (same != supplies.end())
+        return static_cast<std::size_t>(same - supplies.begin());
+    supplies.emplace_back(voltage_v, supply_ohm);
+    return supplies.size() - 1;
+}
+
 } // namespace
 
 std::expected<std::unique_ptr<World>, Error> World::make(const config::RobotFile& file)
@@ -29,16 +42,19 @@ std::expected<std::unique_ptr<World>, Error> World::make(const config::RobotFile
     for (const config::Bus& bus : file.buses) {
         const Family* family = find_family(bus.family.value); // resolve has checked it
         const auto bit_rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family->default_bit_rate;
-        world->buses_.push_back({bus.name, family, bit_rate, wire_of(*family)});
+        world->buses_.push_back({bus.name, family, bit_rate, wire_of(*family), {}});
     }
     for (const ResolvedJoint& joint : robot->joints) {
-        auto& device = world->inhabitants_.emplace_back(joint.joint->name, make_device(joint.device)).device;
-        device->advance(world->now_);
         const auto bus = world->find_bus(joint.bus->name);
         if (!bus)
             return std::unexpected(bus.error());
+        auto device = make_device(joint.device, plant_of(joint.device));
         std::visit([&](auto& wire) { wire.attach(*device); }, (*bus)->wire);
+        world->inhabitants_.push_back({joint.joint->name, std::move(device),
+                                       static_cast<std::size_t>(*bus - world->buses_.data()),
+                                       supply_at((*bus)->supplies, supply_v(joint.device))});
     }
+    world->run_tick(); // power-on
     return world;
 }
 
@@ -54,15 +70,34 @@ void World::advance(TimePoint until)
 {
     if (until < now_)
         return;
+    while (next_tick_ <= until) {
+        run_wires(next_tick_);
+        run_tick();
+    }
+    run_wires(until);
+}
+
+void World::run_wires(TimePoint until)
+{
     for (WorldBus& bus : buses_)
         std::visit([&](auto& wire) { wire.run_until(until); }, bus.wire);
     now_ = until;
 }
 
-void World::advance_devices()
+void World::run_tick()
 {
-    for (Inhabitant& inhabitant : inhabitants_)
-        inhabitant.device->advance(now_);
+    next_tick_ += tick;
+    for (WorldBus& bus : buses_)
+        for (Supply& supply : bus.supplies)
+            supply.begin();
+    for (Inhabitant& inhabitant : inhabitants_) {
+        Supply& supply = buses_[inhabitant.bus].supplies[inhabitant.supply];
+        inhabitant.device->run(supply.voltage_v());
+        supply.take(inhabitant.device->supply_current_a());
+    }
+    for (WorldBus& bus : buses_)
+        for (Supply& supply : bus.supplies)
+            supply.run();
 }
 
 std::expected<WorldBus*, Error> World::find_bus(std::string_view name)
@@ -88,10 +123,8 @@ Device* World::find_device(std::string_view joint)
 
 std::expected<Look, Error> World::look(std::string_view joint)
 {
-    if (Device* device = find_device(joint)) {
-        device->advance(now_);
+    if (const Device* device = find_device(joint))
         return device->look();
-    }
     std::vector<std::string_view> names;
     for (const Inhabitant& inhabitant : inhabitants_)
         names.push_back(inhabitant.joint);

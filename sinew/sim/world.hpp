@@ -2,6 +2,7 @@
 #include "sinew/config/robot_file.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/sim/firmware/device.hpp"
+#include "sinew/sim/plant/supply.hpp"
 #include "sinew/sim/wire/can_wire.hpp"
 #include "sinew/sim/wire/serial_wire.hpp"
 
@@ -20,11 +21,15 @@ struct WorldBus {
     const Family* family = nullptr;
     std::uint32_t bit_rate = 0; ///< at which its devices begin, unless they are told otherwise
     std::variant<SerialWire, CanWire> wire;
+    std::vector<Supply> supplies; ///< one for each voltage that its devices are made for
 };
 
 /// The other end of all wires of a robot: simulated devices on simulated copper, in a time of its own that begins at
 /// `TimePoint{}` with power-on. Nothing in it happens by itself: whoever owns it moves it on. Single-threaded; no heap
 /// once it is made.
+///
+/// Wires run from event to event, exact to the nanosecond. Devices, their plants and the supplies run in ticks of 1 ms
+/// for all of them at once: what a device is told between two ticks it does in the next one.
 class World
 {
 public:
@@ -34,11 +39,8 @@ public:
     TimePoint now() const { return now_; }
     /// When something happens next on a wire; `TimePoint::max()`: nothing will until a host sends.
     TimePoint next_event() const;
-    /// Runs all wires up to `until` and makes it the present. Devices follow when they hear something or are looked at,
-    /// so that time in which nothing happens costs nothing. Earlier than now: does nothing.
+    /// Runs wires and devices up to `until` and makes it the present. Earlier than now: does nothing.
     void advance(TimePoint until);
-    /// Brings every device to the present, so that none has a long past to catch up with when it is asked.
-    void advance_devices();
 
     std::span<WorldBus> buses() { return buses_; } ///< in the order of the file
     /// `link_not_found` that names the buses there are. An empty name is the bus of a robot that has one only.
@@ -52,11 +54,16 @@ private:
     struct Inhabitant {
         std::string joint;
         std::unique_ptr<Device> device;
+        std::size_t bus = 0;
+        std::size_t supply = 0; ///< of its bus
     };
 
     World() = default;
+    void run_wires(TimePoint until);
+    void run_tick();
 
     TimePoint now_{};
+    TimePoint next_tick_{};
     std::vector<Inhabitant> inhabitants_;
     std::vector<WorldBus> buses_;
 };

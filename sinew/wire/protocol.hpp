@@ -36,6 +36,10 @@ public:
     /// carry nothing to tell them by know requests only.
     virtual const MessageInfo* identify(const Frame& frame, Direction direction, const Profile& profile) const = 0;
 
+    /// The id that a request frame is for; -1: for several, for nobody, or not to be told. So a wire with many devices
+    /// need not ask each of them.
+    virtual int addressee(const Frame& request) const = 0;
+
     /// Whether `reply` can be the answer to the request `asked` of message `message`: address and message fit.
     virtual bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const = 0;
 

@@ -50,6 +50,12 @@ const MessageInfo* Framing::identify(const Frame& frame, wire::Direction directi
     return nullptr;
 }
 
+int Framing::addressee(const Frame& request) const
+{
+    constexpr int broadcast = 255;
+    return request.size < before_payload || request.data[2] == broadcast ? -1 : request.data[2];
+}
+
 bool Framing::answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options) const
 {
     return reply.data[2] == asked.data[2] && selects(message.reply, reply);

@@ -21,6 +21,7 @@ public:
     wire::Scan find_reply(std::span<const std::uint8_t> bytes, std::size_t awaited, bool silent) const override;
     const wire::MessageInfo* identify(const wire::Frame& frame, wire::Direction direction,
                                       const wire::Profile& profile) const override;
+    int addressee(const wire::Frame& request) const override;
     bool answers(const wire::Frame& asked, const wire::MessageInfo& message, const wire::Frame& reply,
                  wire::Options options) const override;
     std::expected<wire::Request, Error> probe(int id) const override;

@@ -25,6 +25,12 @@ public:
         return nullptr;
     }
 
+    int addressee(const Frame& request) const override
+    {
+        const auto id = static_cast<int>(request.can_id - identifier_base);
+        return command_frame.ids.contains(id) ? id : -1;
+    }
+
     bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const override
     {
         if (!selects(message.reply, reply))

@@ -134,6 +134,17 @@ public:
         return nullptr;
     }
 
+    int addressee(const Frame& request) const override
+    {
+        constexpr std::uint8_t id_bits = 0x1F;
+        if (request.size < 4)
+            return -1;
+        if (request.data[1] == standard_mark && request.data[2] >= first_standard_opcode)
+            return request.data[3];
+        const int id = request.data[1] & id_bits;
+        return quick.ids.contains(id) ? id : -1;
+    }
+
     bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options) const override
     {
         if (reply.size != message.reply.size)

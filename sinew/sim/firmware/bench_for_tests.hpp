@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/sim/firmware/device.hpp"
+#include "sinew/sim/firmware/ratings.hpp"
 #include "sinew/wire/codec.hpp"
 #include "sinew/wire/values.hpp"
 
@@ -15,16 +16,23 @@ class Bench
 {
 public:
     template <class Spec>
-    explicit Bench(const Spec& spec) : device(spec), options_(spec.profile.options())
+    explicit Bench(const Spec& spec) : Bench(spec, plant_of(spec))
     {
-        device.advance(now);
+    }
+    template <class Spec>
+    Bench(const Spec& spec, const PlantParameters& plant)
+        : device(spec, plant), supply_v_(supply_v(spec)), options_(spec.profile.options())
+    {
+        device.run(supply_v_);
     }
 
+    /// Whole ticks of it.
     void run(Duration time)
     {
-        now += time;
-        device.advance(now);
+        for (const TimePoint until = now + time; now + tick <= until; now += tick)
+            device.run(supply_v_);
     }
+    void supply(double voltage_v) { supply_v_ = voltage_v; }
 
     template <class M>
     std::optional<Answer> send(int id, const M& message)
@@ -56,6 +64,7 @@ public:
     TimePoint now{};
 
 private:
+    double supply_v_;
     wire::Options options_;
 };
 

@@ -1,6 +1,7 @@
 #include "sinew/family/families.hpp"
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/devices.hpp"
+#include "sinew/sim/firmware/ratings.hpp"
 #include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
@@ -31,11 +32,12 @@ TEST(Devices, AllocateNothingWhileTheyHearAndMove)
 
         std::size_t answers = 0;
         for (const wire::Frame& frame : frames) {
-            const auto device = make_device(*spec);
-            device->advance(TimePoint{});
+            const auto device = make_device(*spec, plant_of(*spec));
+            device->run(supply_v(*spec));
             const auto before = support::allocations();
             answers += device->hear(frame, TimePoint{}).has_value();
-            device->advance(TimePoint{20ms});
+            for (int i = 0; i < 20; ++i)
+                device->run(supply_v(*spec));
             EXPECT_EQ(support::allocations(), before) << family->name;
         }
         EXPECT_GT(answers, 9U) << family->name;
@@ -47,8 +49,10 @@ TEST(Devices, AreMadeFromWhatARobotFileMeans)
     for (const Family* family : families()) {
         const auto spec = make_spec(*family, family->name == "sam" ? "SAM-20" : "", "", 7);
         ASSERT_TRUE(spec);
-        const auto device = make_device(*spec);
+        const auto device = make_device(*spec, plant_of(*spec));
         EXPECT_EQ(device->id(), 7);
+        EXPECT_EQ(device->bit_rate(), 0U) << "without power";
+        device->run(supply_v(*spec));
         EXPECT_EQ(device->bit_rate(), family->default_bit_rate);
         EXPECT_EQ(&device->protocol(), family->protocol);
     }

@@ -43,7 +43,8 @@ NuriSettings NuriDevice::factory_settings() const
     return out;
 }
 
-NuriDevice::NuriDevice(const nuri::Spec& spec) : spec_(spec), stored_(NuriSettings{}, 0), motion_(spec)
+NuriDevice::NuriDevice(const nuri::Spec& spec, const PlantParameters& plant)
+    : Device(plant, spec.device.start_rad), spec_(spec), stored_(NuriSettings{}, 0), motion_(spec, plant_)
 {
     NuriSettings& set = stored_.used;
     set = factory_settings();
@@ -54,25 +55,18 @@ NuriDevice::NuriDevice(const nuri::Spec& spec) : spec_(spec), stored_(NuriSettin
     set.gear_ratio =
         static_cast<std::uint16_t>(std::clamp(std::lround(spec.profile.external_gear_ratio * 10.0), 1L, 65533L));
     stored_ = Stored<NuriSettings>(set, 0);
-    power_on();
 }
 
 void NuriDevice::power_on()
 {
+    stored_.power_cycle();
     const NuriSettings& set = stored_.used;
     motion_.power_on(set.on, set.gear_ratio / 10.0, set.inverted && spec_.device.control_direction_works);
 }
 
-void NuriDevice::power_cycle()
+void NuriDevice::control()
 {
-    stored_.power_cycle();
-    power_on();
-}
-
-void NuriDevice::advance(TimePoint now)
-{
-    for (auto steps = steps_.due(now); steps > 0; --steps)
-        motion_.step();
+    motion_.control();
 }
 
 const wire::Protocol& NuriDevice::protocol() const
@@ -80,9 +74,11 @@ const wire::Protocol& NuriDevice::protocol() const
     return nuri::protocol();
 }
 
-Look NuriDevice::look() const
+void NuriDevice::answered(TimePoint) {}
+
+void NuriDevice::tell(Look& look) const
 {
-    return {motion_.plant().position_rad(), motion_.plant().velocity_rad_s(), motion_.mode()};
+    look.mode = motion_.mode();
 }
 
 std::optional<Answer> NuriDevice::hear(const wire::Frame& request, TimePoint at)

@@ -5,7 +5,6 @@
 #include "sinew/sim/firmware/dispatch.hpp"
 #include "sinew/sim/firmware/nuri_motion.hpp"
 #include "sinew/sim/firmware/nuri_settings.hpp"
-#include "sinew/sim/firmware/steps.hpp"
 #include "sinew/sim/firmware/stored.hpp"
 
 #include <optional>
@@ -17,23 +16,26 @@ namespace sinew::sim {
 class NuriDevice final : public Device
 {
 public:
-    explicit NuriDevice(const nuri::Spec& spec);
+    NuriDevice(const nuri::Spec& spec, const PlantParameters& plant);
 
-    void advance(TimePoint now) override;
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
     int id() const override { return stored_.used.id; }
-    std::uint32_t bit_rate() const override { return stored_.used.bit_rate; } // GUESS (N15): changes at once
-    Look look() const override;
-    void power_cycle() override;
+    void set_id(int id) override { stored_.used.id = static_cast<std::uint8_t>(id); }
+    void answered(TimePoint at) override;
 
-    std::uint32_t flash_writes() const { return stored_.writes(); }
+    std::uint32_t flash_writes() const override { return stored_.writes(); }
     const NuriSettings& settings() const { return stored_.used; }
 
     template <class M>
     std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
 
 private:
+    void power_on() override;
+    void control() override;
+    std::uint32_t set_bit_rate() const override { return stored_.used.bit_rate; } // GUESS (N15): changes at once
+    void tell(Look& look) const override;
+
     // Commands: false when the device ignores the message.
     bool handle(const nuri::PositionSpeedControl&);
     bool handle(const nuri::AccelPositionControl&);
@@ -76,7 +78,6 @@ private:
     nuri::mc::ReplyPositionModeFeedback handle(const nuri::mc::RequestPositionModeFeedback&);
     nuri::mc::ReplyControlDirectionFeedback handle(const nuri::mc::RequestControlDirectionFeedback&);
 
-    void power_on();
     NuriSettings factory_settings() const;
     bool set_controller(NuriController& controller, const NuriController& to);
     bool set_gear_ratio(std::uint16_t tenths);
@@ -93,7 +94,6 @@ private:
     nuri::Spec spec_;
     Stored<NuriSettings> stored_;
     NuriMotion motion_;
-    Steps steps_;
 };
 
 } // namespace sinew::sim

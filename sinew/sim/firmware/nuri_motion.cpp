@@ -6,8 +6,8 @@
 
 namespace sinew::sim {
 
-NuriMotion::NuriMotion(const nuri::Spec& spec)
-    : off_keeps_target_(spec.device.off_keeps_target), plant_(rating_of(spec), spec.device.start_rad)
+NuriMotion::NuriMotion(const nuri::Spec& spec, Plant& plant)
+    : off_keeps_target_(spec.device.off_keeps_target), plant_(plant), servo_(plant, supply_v(spec))
 {
 }
 
@@ -72,11 +72,11 @@ void NuriMotion::reset_position()
 void NuriMotion::act()
 {
     if (!on_)
-        plant_.release();
+        servo_.release();
     else if (order_.kind == Kind::position)
-        plant_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
+        servo_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
     else
-        plant_.turn(order_.kind == Kind::speed ? order_.value : 0.0,
+        servo_.turn(order_.kind == Kind::speed ? order_.value : 0.0,
                     order_.kind == Kind::speed ? order_.acceleration_rad_s2 : acceleration());
 }
 

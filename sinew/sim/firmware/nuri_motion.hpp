@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/family/nuri/models.hpp"
+#include "sinew/sim/firmware/servo.hpp"
 #include "sinew/sim/plant/plant.hpp"
 
 #include <string_view>
@@ -11,9 +12,9 @@ namespace sinew::sim {
 class NuriMotion
 {
 public:
-    explicit NuriMotion(const nuri::Spec& spec);
+    NuriMotion(const nuri::Spec& spec, Plant& plant);
 
-    void step() { plant_.step(); }
+    void control() { servo_.control(); }
     /// The zero of `reset_position` is lost; the shaft is held if the control is on.
     void power_on(bool on, double gear_ratio, bool inverted);
 
@@ -35,7 +36,7 @@ public:
     double velocity_rad_s() const { return to_output(plant_.velocity_rad_s()); }
     double current_a() const { return plant_.current_a(); }
     std::string_view mode() const;
-    const Plant& plant() const { return plant_; }
+    const Rating& rating() const { return servo_.rating(); }
 
 private:
     enum class Kind : std::uint8_t { hold, position, speed };
@@ -50,12 +51,13 @@ private:
     double sign() const { return inverted_ ? -1.0 : 1.0; }
     double to_output(double plant) const { return sign() * plant / ratio_; }
     double to_plant(double output) const { return sign() * output * ratio_; }
-    double acceleration() const { return plant_.rating().acceleration_max_rad_s2 * torque_share_; }
+    double acceleration() const { return servo_.rating().acceleration_max_rad_s2 * torque_share_; }
     void accept(const Order& order);
     void act();
 
     bool off_keeps_target_;
-    Plant plant_;
+    Plant& plant_;
+    Servo servo_;
     Order order_;
     bool on_ = true;
     bool inverted_ = false;

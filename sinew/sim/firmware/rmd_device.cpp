@@ -38,12 +38,12 @@ double velocity_max_dps(const rmd::Spec& spec, const Rating& rating)
 } // namespace
 
 // Where no document says what a raw unit is, full scale is all the current the motor takes.
-RmdDevice::RmdDevice(const rmd::Spec& spec)
-    : spec_(spec), options_(spec.profile.options()), motor_(spec),
-      iq_a_(spec.iq_a().value_or(motor_.plant().rating().current_max_a / full_current_raw(spec)))
+RmdDevice::RmdDevice(const rmd::Spec& spec, const PlantParameters& plant)
+    : Device(plant, spec.device.start_rad), spec_(spec), options_(spec.profile.options()), motor_(spec, plant_),
+      iq_a_(spec.iq_a().value_or(motor_.rating().current_max_a / full_current_raw(spec)))
 {
-    rom_ = delivered_memory(spec, velocity_max_dps(spec, motor_.plant().rating()), full_current_raw(spec));
-    power_on();
+    rom_ = delivered_memory(spec, velocity_max_dps(spec, motor_.rating()), full_current_raw(spec));
+    plant_.heat_to(spec.device.temperature_c);
 }
 
 void RmdDevice::power_on()
@@ -55,15 +55,9 @@ void RmdDevice::power_on()
     motor_.power_on(rom_.encoder_offset);
 }
 
-void RmdDevice::power_cycle()
+void RmdDevice::control()
 {
-    power_on();
-}
-
-void RmdDevice::advance(TimePoint now)
-{
-    for (auto steps = steps_.due(now); steps > 0; --steps)
-        motor_.step();
+    motor_.control();
     latched_errors_ |= errors();
 }
 
@@ -72,9 +66,11 @@ const wire::Protocol& RmdDevice::protocol() const
     return rmd::protocol();
 }
 
-Look RmdDevice::look() const
+void RmdDevice::answered(TimePoint) {}
+
+void RmdDevice::tell(Look& look) const
 {
-    return {motor_.plant().position_rad(), motor_.plant().velocity_rad_s(), motor_.mode()};
+    look.mode = motor_.mode();
 }
 
 std::optional<Answer> RmdDevice::hear(const wire::Frame& request, TimePoint at)

@@ -5,7 +5,6 @@
 #include "sinew/sim/firmware/dispatch.hpp"
 #include "sinew/sim/firmware/rmd_memory.hpp"
 #include "sinew/sim/firmware/rmd_motor.hpp"
-#include "sinew/sim/firmware/steps.hpp"
 
 #include <optional>
 #include <string_view>
@@ -17,22 +16,25 @@ namespace sinew::sim {
 class RmdDevice final : public Device
 {
 public:
-    explicit RmdDevice(const rmd::Spec& spec);
+    RmdDevice(const rmd::Spec& spec, const PlantParameters& plant);
 
-    void advance(TimePoint now) override;
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
     int id() const override { return spec_.id; }
-    std::uint32_t bit_rate() const override { return spec_.device.bit_rate; }
-    Look look() const override;
-    void power_cycle() override;
+    void set_id(int id) override { spec_.id = id; }
+    void answered(TimePoint at) override;
 
-    std::uint32_t flash_writes() const { return flash_writes_; }
+    std::uint32_t flash_writes() const override { return flash_writes_; }
 
     template <class M>
     std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
 
 private:
+    void power_on() override;
+    void control() override;
+    std::uint32_t set_bit_rate() const override { return spec_.device.bit_rate; }
+    void tell(Look& look) const override;
+
     // Settings.
     Handled<rmd::ReadParameter> handle(const rmd::ReadParameter&);
     Handled<rmd::WriteParameterRam> handle(const rmd::WriteParameterRam&);
@@ -98,7 +100,6 @@ private:
     Handled<rmd::IncrementAngleSpeed> handle(const rmd::IncrementAngleSpeed&);
     Handled<rmd::myactuator::IncrementAngleSpeed> handle(const rmd::myactuator::IncrementAngleSpeed&);
 
-    void power_on();
     double current_a(const wire::MessageInfo& message, std::string_view field, std::int64_t raw) const;
     /// Limits of the setting tool and of 0x34.
     RmdLimits tool_limits() const;
@@ -124,7 +125,6 @@ private:
     std::uint8_t latched_errors_ = 0;
     RmdMotor motor_;
     double iq_a_; ///< amperes per raw unit of `iq`
-    Steps steps_;
     std::uint32_t flash_writes_ = 0;
 };
 

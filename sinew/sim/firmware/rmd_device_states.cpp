@@ -90,17 +90,17 @@ Handled<rmd::lk::SetCurrentAngle> RmdDevice::handle(const rmd::lk::SetCurrentAng
 
 std::int8_t RmdDevice::temperature() const
 {
-    return saturated<std::int8_t>(motor_.plant().temperature_c());
+    return saturated<std::int8_t>(plant_.winding_c());
 }
 
 std::int16_t RmdDevice::speed_dps() const
 {
-    return saturated<std::int16_t>(units::deg(motor_.plant().velocity_rad_s()));
+    return saturated<std::int16_t>(units::deg(plant_.velocity_rad_s()));
 }
 
 std::int16_t RmdDevice::iq() const
 {
-    const double raw = motor_.plant().current_a() / iq_a_;
+    const double raw = plant_.current_a() / iq_a_;
     if (spec_.profile.iq_in_centiamperes)
         return saturated<std::int16_t>(raw);
     const double most = spec_.model->iq == rmd::Iq::power ? 1000.0 : 2048.0;
@@ -109,9 +109,8 @@ std::int16_t RmdDevice::iq() const
 
 std::uint8_t RmdDevice::errors() const
 {
-    const Plant& plant = motor_.plant();
-    const bool low = plant.voltage_v() < spec_.device.low_voltage_v;
-    const bool hot = plant.temperature_c() >= spec_.device.temperature_limit_c;
+    const bool low = supply_v() < spec_.device.low_voltage_v;
+    const bool hot = plant_.winding_c() >= spec_.device.temperature_limit_c;
     return static_cast<std::uint8_t>((low ? low_voltage : 0) | (hot ? over_temperature : 0));
 }
 
@@ -127,14 +126,14 @@ rmd::myactuator::MotorState RmdDevice::shaft_state() const
 
 rmd::Status1 RmdDevice::status1() const
 {
-    const double voltage = motor_.plant().voltage_v() / spec_.profile.voltage_lsb_v;
+    const double voltage = supply_v() / spec_.profile.voltage_lsb_v;
     return {temperature(), saturated<std::uint16_t>(voltage), static_cast<std::uint8_t>(latched_errors_)};
 }
 
 rmd::lk::Status1 RmdDevice::lk_status1() const
 {
-    const double voltage = motor_.plant().voltage_v() / spec_.profile.voltage_lsb_v;
-    return {temperature(), saturated<std::int16_t>(voltage), saturated<std::int16_t>(motor_.plant().current_a() / 0.01),
+    const double voltage = supply_v() / spec_.profile.voltage_lsb_v;
+    return {temperature(), saturated<std::int16_t>(voltage), saturated<std::int16_t>(plant_.current_a() / 0.01),
             motor_.is_off() ? motor_is_off : std::uint8_t{0}, static_cast<std::uint8_t>(latched_errors_)};
 }
 
@@ -193,7 +192,7 @@ Handled<rmd::myactuator::ReadStatus2> RmdDevice::handle(const rmd::myactuator::R
 rmd::PhaseCurrents RmdDevice::phase_currents() const
 {
     const double given = spec_.phase_current_a();
-    const double raw = motor_.plant().current_a() / (given > 0.0 ? given : iq_a_);
+    const double raw = plant_.current_a() / (given > 0.0 ? given : iq_a_);
     const auto other = saturated<std::int16_t>(-raw / 2.0);
     return {saturated<std::int16_t>(raw), other, other};
 }

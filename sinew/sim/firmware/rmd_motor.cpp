@@ -20,9 +20,9 @@ double wrapped(double rad)
 
 } // namespace
 
-RmdMotor::RmdMotor(const rmd::Spec& spec)
+RmdMotor::RmdMotor(const rmd::Spec& spec, Plant& plant)
     : off_requires_run_(spec.profile.off_requires_run), increment_base_(spec.device.increment_base),
-      encoder_steps_(1U << spec.profile.sent_encoder_bits()), plant_(rating_of(spec), spec.device.start_rad)
+      encoder_steps_(1U << spec.profile.sent_encoder_bits()), plant_(plant), servo_(plant, supply_v(spec))
 {
 }
 
@@ -40,7 +40,7 @@ void RmdMotor::power_on(std::uint16_t encoder_offset)
 
 double RmdMotor::acceleration(const RmdLimits& limits) const
 {
-    const Rating& rating = plant_.rating();
+    const Rating& rating = servo_.rating();
     const double share = std::clamp(limits.current_a / rating.current_max_a, 0.0, 1.0);
     return std::min(rating.acceleration_max_rad_s2 * share, limits.acceleration_rad_s2);
 }
@@ -53,8 +53,8 @@ void RmdMotor::push(double current_a)
 void RmdMotor::drive(double share)
 {
     accept({.kind = Kind::power,
-            .value = share * plant_.rating().velocity_max_rad_s,
-            .acceleration_rad_s2 = plant_.rating().acceleration_max_rad_s2});
+            .value = share * servo_.rating().velocity_max_rad_s,
+            .acceleration_rad_s2 = servo_.rating().acceleration_max_rad_s2});
 }
 
 void RmdMotor::turn(double velocity_rad_s, const RmdLimits& limits)
@@ -102,26 +102,26 @@ void RmdMotor::accept(const Order& order)
 void RmdMotor::act()
 {
     if (brake_engaged_) {
-        plant_.brake();
+        servo_.brake();
         return;
     }
     if (state_ == State::stopped) {
-        plant_.turn(0.0, plant_.rating().acceleration_max_rad_s2);
+        servo_.turn(0.0, servo_.rating().acceleration_max_rad_s2);
         return;
     }
     switch (order_.kind) {
     case Kind::nothing:
-        plant_.release();
+        servo_.release();
         break;
     case Kind::torque:
-        plant_.push(order_.value);
+        servo_.push(order_.value);
         break;
     case Kind::power:
     case Kind::speed:
-        plant_.turn(order_.value, order_.acceleration_rad_s2);
+        servo_.turn(order_.value, order_.acceleration_rad_s2);
         break;
     case Kind::position:
-        plant_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
+        servo_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
         break;
     }
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/family/rmd/models.hpp"
+#include "sinew/sim/firmware/servo.hpp"
 #include "sinew/sim/plant/plant.hpp"
 
 #include <cstdint>
@@ -20,9 +21,9 @@ struct RmdLimits {
 class RmdMotor
 {
 public:
-    explicit RmdMotor(const rmd::Spec& spec);
+    RmdMotor(const rmd::Spec& spec, Plant& plant);
 
-    void step() { plant_.step(); }
+    void control() { servo_.control(); }
     /// On, without an order (LK V2.35). The turn counter is lost: both angles start inside one turn from the offset
     /// (R38).
     void power_on(std::uint16_t encoder_offset);
@@ -57,7 +58,7 @@ public:
     bool is_off() const { return state_ == State::off; }
     bool brake_engaged() const { return brake_engaged_; }
     std::string_view mode() const;
-    const Plant& plant() const { return plant_; }
+    const Rating& rating() const { return servo_.rating(); }
 
 private:
     enum class State : std::uint8_t { on, stopped, off };
@@ -78,7 +79,8 @@ private:
     bool off_requires_run_;
     rmd::IncrementBase increment_base_;
     std::uint32_t encoder_steps_;
-    Plant plant_;
+    Plant& plant_;
+    Servo servo_;
     State state_ = State::on;
     Order order_;
     bool brake_engaged_ = false;

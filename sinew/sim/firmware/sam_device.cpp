@@ -26,37 +26,26 @@ SamSettings delivered(const sam::Spec& spec)
 
 } // namespace
 
-SamDevice::SamDevice(const sam::Spec& spec)
-    : spec_(spec), options_(spec.profile.options()), stored_(delivered(spec), spec.device.flash_writes_max),
-      motion_(spec), bit_rate_(spec.device.bit_rate)
+SamDevice::SamDevice(const sam::Spec& spec, const PlantParameters& plant)
+    : Device(plant, spec.device.start_rad), spec_(spec), options_(spec.profile.options()),
+      stored_(delivered(spec), spec.device.flash_writes_max), motion_(spec, plant_), bit_rate_(spec.device.bit_rate)
 {
-    power_on();
+    plant_.heat_to(spec.device.temperature_c);
 }
 
 void SamDevice::power_on()
 {
+    stored_.power_cycle();
     registers_ = {};
     registers_.gains = stored_.used.gains;
     bit_rate_ = stored_.used.bit_rate;
-    bit_rate_changes_.reset();
     motion_.reverse(stored_.used.reverse && spec_.device.reverse_works);
     motion_.power_on();
 }
 
-void SamDevice::power_cycle()
+void SamDevice::control()
 {
-    stored_.power_cycle();
-    power_on();
-}
-
-void SamDevice::advance(TimePoint now)
-{
-    for (auto steps = steps_.due(now); steps > 0; --steps)
-        motion_.step();
-    if (bit_rate_changes_ && now >= *bit_rate_changes_) {
-        bit_rate_ = stored_.used.bit_rate;
-        bit_rate_changes_.reset();
-    }
+    motion_.control();
 }
 
 const wire::Protocol& SamDevice::protocol() const
@@ -64,9 +53,9 @@ const wire::Protocol& SamDevice::protocol() const
     return sam::protocol();
 }
 
-Look SamDevice::look() const
+void SamDevice::tell(Look& look) const
 {
-    return {motion_.plant().position_rad(), motion_.plant().velocity_rad_s(), to_word(motion_.mode())};
+    look.mode = to_word(motion_.mode());
 }
 
 std::optional<Answer> SamDevice::hear(const wire::Frame& request, TimePoint at)
@@ -110,19 +99,16 @@ std::optional<Answer> SamDevice::serve(const wire::Frame& frame, TimePoint at)
     if (may_answer && answers(message, by_old_level ? level_before : stored_.used.response_level))
         if (const auto encoded = wire::encode_reply<M>(id(), *reply, options_))
             answer = Answer{*encoded, family().response_time.typical};
-    switch_bit_rate(at, answer);
+    if (!answer)
+        answered(at);
     return answer;
 }
 
 // GUESS (S70): the reply still goes out at the old rate.
-void SamDevice::switch_bit_rate(TimePoint at, const std::optional<Answer>& answer)
+void SamDevice::answered(TimePoint)
 {
-    if (stored_.used.bit_rate == bit_rate_ || spec_.device.baud_switch == sam::BaudSwitch::at_power_on)
-        return;
-    if (!answer)
+    if (spec_.device.baud_switch == sam::BaudSwitch::after_reply)
         bit_rate_ = stored_.used.bit_rate;
-    else
-        bit_rate_changes_ = at + answer->delay + bit_time(10 * answer->frame.size, bit_rate_);
 }
 
 // ---- what the device is called and how it speaks ----

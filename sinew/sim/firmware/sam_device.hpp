@@ -4,7 +4,6 @@
 #include "sinew/sim/firmware/dispatch.hpp"
 #include "sinew/sim/firmware/sam_motion.hpp"
 #include "sinew/sim/firmware/sam_settings.hpp"
-#include "sinew/sim/firmware/steps.hpp"
 #include "sinew/sim/firmware/stored.hpp"
 
 #include <optional>
@@ -16,23 +15,27 @@ namespace sinew::sim {
 class SamDevice final : public Device
 {
 public:
-    explicit SamDevice(const sam::Spec& spec);
+    SamDevice(const sam::Spec& spec, const PlantParameters& plant);
 
-    void advance(TimePoint now) override;
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
     int id() const override { return stored_.used.id; }
-    std::uint32_t bit_rate() const override { return bit_rate_; }
-    Look look() const override;
-    void power_cycle() override;
+    void set_id(int id) override { stored_.used.id = static_cast<std::uint8_t>(id); }
+    void answered(TimePoint at) override;
+    bool hears_all() const override { return spec_.device.ping_ignores_id; }
 
-    std::uint32_t flash_writes() const { return stored_.writes(); }
+    std::uint32_t flash_writes() const override { return stored_.writes(); }
     const SamSettings& settings() const { return stored_.used; }
 
     template <class M>
     std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
 
 private:
+    void power_on() override;
+    void control() override;
+    std::uint32_t set_bit_rate() const override { return bit_rate_; }
+    void tell(Look& look) const override;
+
     // Each returns the reply, or nothing when the device ignores the message. Replies of motion commands tell the state
     // before the motion (A.2).
     Handled<sam::QuickPositionControl> handle(const sam::QuickPositionControl&);
@@ -98,8 +101,6 @@ private:
     Handled<sam::ReadMotionData> handle(const sam::ReadMotionData&);
 
     bool answers(const wire::MessageInfo& message, int response_level) const;
-    void power_on();
-    void switch_bit_rate(TimePoint at, const std::optional<Answer>& answer);
     bool set_baud_code(int code);
     bool set_boundary(bool quick, int lower, int upper);
     std::uint8_t quick_position() const;
@@ -109,9 +110,7 @@ private:
     Stored<SamSettings> stored_;
     SamRegisters registers_;
     SamMotion motion_;
-    Steps steps_;
     std::uint32_t bit_rate_;
-    std::optional<TimePoint> bit_rate_changes_;
 };
 
 } // namespace sinew::sim

@@ -140,7 +140,7 @@ Handled<sam::ReadPrecisePosition> SamDevice::handle(const sam::ReadPrecisePositi
 
 Handled<sam::ReadInputVoltage> SamDevice::handle(const sam::ReadInputVoltage&)
 {
-    return sam::InputVoltage{motion_.raw_voltage()};
+    return sam::InputVoltage{motion_.raw_voltage(supply_v())};
 }
 
 Handled<sam::ReadTemperatureError> SamDevice::handle(const sam::ReadTemperatureError&)

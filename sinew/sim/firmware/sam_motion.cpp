@@ -29,9 +29,9 @@ double boundary_rad(int raw, double deg_per_unit)
 
 } // namespace
 
-SamMotion::SamMotion(const sam::Spec& spec)
-    : model_(spec.model), clockwise_positive_(spec.profile.clockwise_positive),
-      plant_(rating_of(spec), spec.device.start_rad)
+SamMotion::SamMotion(const sam::Spec& spec, Plant& plant)
+    : model_(spec.model), clockwise_positive_(spec.profile.clockwise_positive), plant_(plant),
+      servo_(plant, supply_v(spec))
 {
     past_.fill(plant_.position_rad());
 }
@@ -42,13 +42,13 @@ void SamMotion::power_on()
     passive();
 }
 
-void SamMotion::step()
+void SamMotion::control()
 {
-    if (too_hot() && mode_ == sam::Mode::position)
-        plant_.release(); // L714
-    plant_.step();
     now_ = (now_ + 1) % past_.size();
     past_[now_] = plant_.position_rad();
+    if (too_hot() && mode_ == sam::Mode::position)
+        servo_.release(); // L714
+    servo_.control();
 }
 
 void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary,
@@ -62,10 +62,10 @@ void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoun
     if (registers.ctrl_torque != 0)
         torque = std::min<int>(torque, registers.ctrl_torque);
     if (torque == 0) { // "the torque does not move" (L668)
-        plant_.release();
+        servo_.release();
         return;
     }
-    const Rating& rating = plant_.rating();
+    const Rating& rating = servo_.rating();
     double velocity = rating.velocity_max_rad_s;
     if (registers.ctrl_speed != 0)
         velocity = units::rad(registers.ctrl_speed * model_->speed_deg_s_per_unit);
@@ -74,33 +74,33 @@ void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoun
         if (limit != 0)
             acceleration = std::min(acceleration, units::rad(limit * model_->accel_deg_s2_per_unit));
     // The sensor knows no turns: the way is that between the two angles it can tell apart.
-    plant_.follow(plant_.position_rad() + sense() * (target - angle_rad()), velocity, acceleration);
+    servo_.follow(plant_.position_rad() + sense() * (target - angle_rad()), velocity, acceleration);
 }
 
 void SamMotion::hold()
 {
     mode_ = sam::Mode::position;
-    plant_.turn(0.0, plant_.rating().acceleration_max_rad_s2);
+    servo_.turn(0.0, servo_.rating().acceleration_max_rad_s2);
 }
 
 void SamMotion::passive()
 {
     mode_ = sam::Mode::passive;
-    plant_.release();
+    servo_.release();
 }
 
 void SamMotion::brake()
 {
     mode_ = sam::Mode::brake;
-    plant_.brake();
+    servo_.brake();
 }
 
 void SamMotion::wheel(double duty)
 {
     mode_ = sam::Mode::wheel;
     const double clockwise = clockwise_positive_ ? 1.0 : -1.0;
-    plant_.turn(sense() * clockwise * duty * plant_.rating().velocity_max_rad_s,
-                plant_.rating().acceleration_max_rad_s2);
+    servo_.turn(sense() * clockwise * duty * servo_.rating().velocity_max_rad_s,
+                servo_.rating().acceleration_max_rad_s2);
 }
 
 void SamMotion::reverse(bool on)
@@ -152,15 +152,15 @@ std::uint8_t SamMotion::raw_quick_load() const
     return static_cast<std::uint8_t>(rounded(std::abs(plant_.current_a()) / model_->current_a_per_ad8, 254));
 }
 
-std::uint16_t SamMotion::raw_voltage() const
+std::uint16_t SamMotion::raw_voltage(double supply_v) const
 {
-    const double above = std::max(0.0, plant_.voltage_v() - model_->voltage_offset_v);
+    const double above = std::max(0.0, supply_v - model_->voltage_offset_v);
     return static_cast<std::uint16_t>(rounded(above / model_->voltage_v_per_ad, 4095));
 }
 
 bool SamMotion::too_hot() const
 {
-    return plant_.temperature_c() >= sam::overheat_c;
+    return plant_.case_c() >= sam::overheat_c;
 }
 
 std::string_view to_word(sam::Mode mode)

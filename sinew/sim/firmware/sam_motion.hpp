@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/family/sam/models.hpp"
 #include "sinew/sim/firmware/sam_settings.hpp"
+#include "sinew/sim/firmware/servo.hpp"
 #include "sinew/sim/plant/plant.hpp"
 
 #include <array>
@@ -15,9 +16,9 @@ namespace sinew::sim {
 class SamMotion
 {
 public:
-    explicit SamMotion(const sam::Spec& spec);
+    SamMotion(const sam::Spec& spec, Plant& plant);
 
-    void step();
+    void control(); ///< once a tick, before the plant runs
     /// GUESS: without torque until the first command.
     void power_on();
 
@@ -43,9 +44,9 @@ public:
     std::int16_t raw_acceleration() const;
     std::uint16_t raw_load() const;      ///< 12 bit
     std::uint8_t raw_quick_load() const; ///< 8 bit
-    std::uint16_t raw_voltage() const;
+    std::uint16_t raw_voltage(double supply_v) const;
     bool too_hot() const;
-    const Plant& plant() const { return plant_; }
+    const Rating& rating() const { return servo_.rating(); }
 
 private:
     double sense() const { return reverse_ ? -1.0 : 1.0; }
@@ -53,7 +54,8 @@ private:
 
     const sam::Model* model_;
     bool clockwise_positive_;
-    Plant plant_;
+    Plant& plant_;
+    Servo servo_;
     sam::Mode mode_ = sam::Mode::passive;
     bool reverse_ = false;
     double offset_rad_ = 0.0;

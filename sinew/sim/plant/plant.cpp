@@ -5,108 +5,182 @@
 
 namespace sinew::sim {
 
-Plant::Plant(const Rating& rating, double position_rad) : rating_(rating), position_rad_(position_rad) {}
+/// One step is v' = (v + dt/J · (push + load − friction)) / (1 + dt/J · damping): what grows with speed is taken at the
+/// end of the step, so that no gain is too stiff for it. Which way power goes through the gearbox decides what it
+/// costs.
+struct Plant::Motor {
+    struct Way {
+        double nm_per_a = 0.0;
+        double push = 0.0;   ///< dt/J · torque at rest
+        double shrink = 1.0; ///< 1 / (1 + dt/J · damping)
+    };
 
-void Plant::release()
+    Motor(const PlantParameters& p, Drive drive, double driven, double supply)
+        : supply_v(supply), per_ohm(1.0 / p.winding_ohm), v_s_per_rad(p.voltage_constant_v_s_per_rad()),
+          step_per_j(plant_step_s / p.inertia_kg_m2()), is_current(drive == Drive::current),
+          is_open(drive == Drive::open), wanted_a(driven), terminal_v(drive == Drive::duty ? driven * supply : 0.0)
+    {
+        driving.nm_per_a = p.torque_per_ampere_nm();
+        driven_back.nm_per_a = v_s_per_rad / p.gear_efficiency;
+        for (Way* way : {&driving, &driven_back}) {
+            double damping = p.viscous_friction_nm_s_per_rad;
+            if (drive == Drive::duty) {
+                damping += way->nm_per_a * v_s_per_rad * per_ohm;
+                way->push = step_per_j * way->nm_per_a * terminal_v * per_ohm;
+            }
+            way->shrink = 1.0 / (1.0 + step_per_j * damping);
+        }
+    }
+
+    double current(double velocity) const
+    {
+        if (is_open)
+            return 0.0;
+        const double back_emf_v = v_s_per_rad * velocity;
+        if (!is_current)
+            return (terminal_v - back_emf_v) * per_ohm;
+        const double least = (-supply_v - back_emf_v) * per_ohm;
+        const double most = (supply_v - back_emf_v) * per_ohm;
+        return std::clamp(wanted_a, least, most);
+    }
+    double voltage(double current, double velocity) const
+    {
+        return is_current ? current / per_ohm + v_s_per_rad * velocity : terminal_v;
+    }
+    const Way& way(double current, double velocity) const { return current * velocity >= 0.0 ? driving : driven_back; }
+    /// What the current alone adds to the speed in one step.
+    double kick(const Way& way, double current) const
+    {
+        return is_current ? step_per_j * way.nm_per_a * current : way.push;
+    }
+
+    double supply_v;
+    double per_ohm;
+    double v_s_per_rad;
+    double step_per_j;
+    bool is_current;
+    bool is_open;
+    double wanted_a;
+    double terminal_v;
+    Way driving;
+    Way driven_back;
+};
+
+Plant::Plant(const PlantParameters& parameters, double position_rad)
+    : parameters_(parameters),
+      position_rad_(std::clamp(position_rad, parameters.stop_min_rad, parameters.stop_max_rad)),
+      winding_c_(parameters.ambient_c), case_c_(parameters.ambient_c)
 {
-    drive_ = Drive::released;
 }
 
-void Plant::brake()
+void Plant::open()
 {
-    drive_ = Drive::braked;
+    drive_ = Drive::open;
+    driven_ = 0.0;
 }
 
-void Plant::follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2)
+void Plant::short_circuit()
 {
-    drive_ = Drive::following;
-    target_ = target_rad;
-    velocity_limit_ = std::clamp(velocity_rad_s, 0.0, rating_.velocity_max_rad_s);
-    acceleration_limit_ = std::clamp(acceleration_rad_s2, 0.0, rating_.acceleration_max_rad_s2);
+    drive_duty(0.0);
 }
 
-void Plant::turn(double velocity_rad_s, double acceleration_rad_s2)
+void Plant::drive_duty(double duty)
 {
-    drive_ = Drive::turning;
-    target_ = std::clamp(velocity_rad_s, -rating_.velocity_max_rad_s, rating_.velocity_max_rad_s);
-    acceleration_limit_ = std::clamp(acceleration_rad_s2, 0.0, rating_.acceleration_max_rad_s2);
+    drive_ = Drive::duty;
+    driven_ = std::clamp(duty, -1.0, 1.0);
 }
 
-void Plant::push(double current_a)
+void Plant::drive_current(double current_a)
 {
-    drive_ = Drive::pushed;
-    target_ = std::clamp(current_a, -rating_.current_max_a, rating_.current_max_a);
+    drive_ = Drive::current;
+    driven_ = current_a;
 }
 
-double Plant::friction() const
+double Plant::load_torque() const
 {
-    return assumed_friction_share * rating_.acceleration_max_rad_s2;
+    const double gravity = parameters_.gravity_torque_nm == 0.0
+                               ? 0.0
+                               : parameters_.gravity_torque_nm * std::sin(position_rad_ - parameters_.gravity_zero_rad);
+    return parameters_.external_torque_nm + pushed_nm_ - gravity;
 }
 
-// The greatest speed from which the shaft, slowing down by the acceleration limit in every step, ends exactly on the
-// target. From v it goes on for k more steps: (k + 1) v − per_step k (k + 1) / 2 is the distance in units of a step.
-double Plant::wanted_velocity() const
+void Plant::run(double supply_v)
 {
-    const double distance = target_ - position_rad_;
-    const double per_step = acceleration_limit_ * plant_step_s;
-    if (distance == 0.0 || per_step == 0.0)
-        return 0.0;
-    const double rest = std::abs(distance) / plant_step_s;
-    const double k = std::floor(std::sqrt(0.25 + 2.0 * rest / per_step) - 0.5);
-    const double stoppable = rest / (k + 1.0) + per_step * k / 2.0;
-    return std::copysign(std::min(velocity_limit_, stoppable), distance);
-}
-
-void Plant::accelerate_towards(double velocity_rad_s, double acceleration_rad_s2)
-{
-    const double most = acceleration_rad_s2 * plant_step_s;
+    const Motor motor(parameters_, drive_, driven_, supply_v);
     const double before = velocity_rad_s_;
-    velocity_rad_s_ = std::clamp(velocity_rad_s, before - most, before + most);
-    acceleration_rad_s2_ = (velocity_rad_s_ - before) / plant_step_s;
-}
+    double load = load_torque();
 
-void Plant::step()
-{
-    const double most = rating_.acceleration_max_rad_s2;
-    const bool driven = drive_ == Drive::following || drive_ == Drive::turning;
-    if (drive_ == Drive::released) {
-        accelerate_towards(0.0, friction());
-    } else if (drive_ == Drive::braked) {
-        accelerate_towards(0.0, most);
-    } else if (drive_ == Drive::pushed) {
-        const double torque = rating_.current_max_a > 0.0 ? target_ / rating_.current_max_a * most : 0.0;
-        const double against = std::copysign(friction(), velocity_rad_s_ != 0.0 ? velocity_rad_s_ : torque);
-        // Friction brings the shaft to rest, it never turns it.
-        const bool holds = std::abs(torque) <= friction();
-        const double end = holds ? 0.0 : std::copysign(rating_.velocity_max_rad_s, torque);
-        accelerate_towards(end, std::abs(torque - against));
-    } else {
-        accelerate_towards(drive_ == Drive::following ? wanted_velocity() : target_, acceleration_limit_);
+    // Nothing turns and nothing is strong enough to start it: the ten steps are all the same.
+    const double at_rest_a = motor.current(0.0);
+    const double start_nm = motor.driving.nm_per_a * at_rest_a + load;
+    const bool sticks = velocity_rad_s_ == 0.0 && std::abs(start_nm) <= parameters_.static_friction_nm;
+    if (sticks || jammed_) {
+        velocity_rad_s_ = 0.0;
+        acceleration_rad_s2_ = -before / tick_s;
+        current_a_ = at_rest_a;
+        supply_current_a_ = supply_v > 0.0 ? at_rest_a * motor.voltage(at_rest_a, 0.0) / supply_v : 0.0;
+        warm(at_rest_a * at_rest_a * parameters_.winding_ohm);
+        return;
     }
 
-    const double rest = target_ - position_rad_ - velocity_rad_s_ * plant_step_s;
-    position_rad_ += velocity_rad_s_ * plant_step_s;
-    // What is left of the distance after the last step is rounding.
-    if (drive_ == Drive::following && std::abs(rest) < 1e-12)
-        position_rad_ = target_;
-
-    if (driven) {
-        const double turning = velocity_rad_s_ == 0.0 ? 0.0 : std::copysign(friction(), velocity_rad_s_);
-        current_a_ = most > 0.0 ? rating_.current_max_a * (acceleration_rad_s2_ + turning) / most : 0.0;
-    } else {
-        current_a_ = drive_ == Drive::pushed ? target_ : 0.0;
+    const double kinetic = parameters_.coulomb_friction_nm * motor.step_per_j;
+    const double gravity = parameters_.gravity_torque_nm;
+    const double constant = parameters_.external_torque_nm + pushed_nm_;
+    double sine = 0.0;
+    double cosine = 1.0;
+    if (gravity != 0.0) {
+        sine = std::sin(position_rad_ - parameters_.gravity_zero_rad);
+        cosine = std::cos(position_rad_ - parameters_.gravity_zero_rad);
     }
+    double v = velocity_rad_s_;
+    double x = position_rad_;
+    double amperes = 0.0, squares = 0.0, watts = 0.0;
+    for (int i = 0; i < steps_per_tick; ++i) {
+        const double a = motor.current(v);
+        const Motor::Way& way = motor.way(a, v);
+        amperes += a;
+        squares += a * a;
+        watts += a * motor.voltage(a, v);
+        load = constant - gravity * sine;
+        const double kicked = motor.kick(way, a) + motor.step_per_j * load;
+        double next = 0.0;
+        if (v == 0.0) {
+            const double torque = way.nm_per_a * a + load;
+            if (std::abs(torque) > parameters_.static_friction_nm)
+                next = (kicked - std::copysign(kinetic, torque)) * way.shrink;
+        } else {
+            next = (v + kicked - std::copysign(kinetic, v)) * way.shrink;
+            if (next * v < 0.0) // through zero: it rests there for a step
+                next = 0.0;
+        }
+        v = next;
+        const double way_rad = plant_step_s * v;
+        x += way_rad;
+        if (x >= parameters_.stop_max_rad || x <= parameters_.stop_min_rad) {
+            x = std::clamp(x, parameters_.stop_min_rad, parameters_.stop_max_rad);
+            const bool outward = (v > 0.0) == (x == parameters_.stop_max_rad);
+            if (outward)
+                v = 0.0;
+        }
+        // The angle turns on by a small step: exact to its third power, and afresh every tick.
+        const double turned = sine + way_rad * (cosine - 0.5 * way_rad * sine);
+        cosine -= way_rad * (sine + 0.5 * way_rad * cosine);
+        sine = turned;
+    }
+    velocity_rad_s_ = v;
+    position_rad_ = x;
+    acceleration_rad_s2_ = (v - before) / tick_s;
+    current_a_ = amperes / steps_per_tick;
+    supply_current_a_ = supply_v > 0.0 ? watts / (steps_per_tick * supply_v) : 0.0;
+    warm(squares / steps_per_tick * parameters_.winding_ohm);
 }
 
-double cruise_velocity(double distance_rad, double time_s, double acceleration_rad_s2)
+void Plant::warm(double copper_w)
 {
-    const double distance = std::abs(distance_rad);
-    // time = distance / v + v / a
-    const double root =
-        acceleration_rad_s2 * time_s * acceleration_rad_s2 * time_s - 4.0 * acceleration_rad_s2 * distance;
-    if (root < 0.0)
-        return std::sqrt(acceleration_rad_s2 * distance);
-    return (acceleration_rad_s2 * time_s - std::sqrt(root)) / 2.0;
+    const double to_case_w = (winding_c_ - case_c_) / parameters_.winding_to_case_k_per_w;
+    const double to_air_w = (case_c_ - parameters_.ambient_c) / parameters_.case_to_ambient_k_per_w;
+    winding_c_ += (copper_w - to_case_w) * tick_s / parameters_.winding_heat_capacity_j_per_k;
+    case_c_ += (to_case_w - to_air_w) * tick_s / parameters_.case_heat_capacity_j_per_k;
 }
 
 } // namespace sinew::sim

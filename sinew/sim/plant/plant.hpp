@@ -2,75 +2,108 @@
 #include "sinew/base/time.hpp"
 
 #include <cstdint>
+#include <limits>
 
 namespace sinew::sim {
 
-/// One step of every plant.
-inline constexpr Duration plant_step = std::chrono::milliseconds{1};
-inline constexpr double plant_step_s = 0.001;
+/// The step of the physics, and how many of them make the tick of firmware and supply.
+inline constexpr Duration plant_step = std::chrono::microseconds{100};
+inline constexpr double plant_step_s = 1e-4;
+inline constexpr int steps_per_tick = 10;
+inline constexpr Duration tick = steps_per_tick * plant_step;
+inline constexpr double tick_s = steps_per_tick * plant_step_s;
 
-/// What a plain plant is made of, at its output shaft.
-struct Rating {
-    double velocity_max_rad_s = 0.0;
-    double acceleration_max_rad_s2 = 0.0;
-    double current_max_a = 0.0; ///< the current that gives the greatest acceleration
-    double supply_v = 0.0;
-    double temperature_c = 25.0; ///< it does not heat up
+/// What an actuator and its load are made of. The motor's values are those of the motor shaft, all others those of the
+/// output shaft. Every field is a key of `[joint.NAME.plant]`.
+struct PlantParameters {
+    // The motor: its voltage constant in V·s/rad is the same number as its torque constant in N·m/A.
+    double winding_ohm = 1.0;
+    double torque_constant_nm_per_a = 0.1;
+    double rotor_inertia_kg_m2 = 1e-5;
+    // The gearbox.
+    double gear_ratio = 1.0;
+    double gear_efficiency = 1.0; ///< of the torque it passes on, either way
+    // Friction of all that turns.
+    double viscous_friction_nm_s_per_rad = 0.0;
+    double coulomb_friction_nm = 0.0; ///< while it turns
+    double static_friction_nm = 0.0;  ///< what it takes to start it; not below the Coulomb friction
+    // The load.
+    double load_inertia_kg_m2 = 0.0;
+    double external_torque_nm = 0.0; ///< constant, in the positive sense
+    double gravity_torque_nm = 0.0;  ///< the greatest that the hanging load gives: mass · g · distance
+    double gravity_zero_rad = 0.0;   ///< where the load hangs down at rest
+    double stop_min_rad = -std::numeric_limits<double>::infinity(); ///< hard stops, which take all the speed
+    double stop_max_rad = std::numeric_limits<double>::infinity();
+    // Heat: copper losses warm the winding, the winding the case, the case the air.
+    double winding_heat_capacity_j_per_k = 20.0;
+    double winding_to_case_k_per_w = 1.0;
+    double case_heat_capacity_j_per_k = 200.0;
+    double case_to_ambient_k_per_w = 3.0;
+    double ambient_c = 25.0;
+
+    double inertia_kg_m2() const { return load_inertia_kg_m2 + gear_ratio * gear_ratio * rotor_inertia_kg_m2; }
+    /// Torque constant times ratio: volts of back-EMF for each rad/s of the output.
+    double voltage_constant_v_s_per_rad() const { return gear_ratio * torque_constant_nm_per_a; }
+    /// Torque at the output for each ampere while the motor drives.
+    double torque_per_ampere_nm() const { return gear_efficiency * voltage_constant_v_s_per_rad(); }
 };
 
-/// ASSUMED: no manual gives friction. Share of the greatest torque that is lost as soon as the shaft turns.
-inline constexpr double assumed_friction_share = 0.1;
-
-/// A shaft with a limit on speed and on acceleration: it follows a target, turns, is pushed by a current, coasts or is
-/// braked. Semi-implicit Euler in steps of one millisecond, the same on every machine; no heap. It has no end stops and
-/// knows no protocol; positive is whatever its user calls so.
+/// A motor with its gearbox, its load and its heat: physics that knows no protocol. Moved on in steps of `plant_step`
+/// by semi-implicit Euler, ten of them a call, the same on every machine; no heap.
+///
+/// The winding has no inductance: the current follows the voltage at once. The resistance does not change with heat.
+/// Positive is whatever its user calls so. Positions are not wrapped.
 class Plant
 {
 public:
-    explicit Plant(const Rating& rating, double position_rad = 0.0);
+    explicit Plant(const PlantParameters& parameters, double position_rad = 0.0);
 
-    /// Nothing drives the shaft; friction brings it to rest.
-    void release();
-    /// Terminals shorted: it comes to rest as fast as it can, without a current from the supply.
-    void brake();
-    /// To a position at `velocity_rad_s` at most, and stay there. Lands exactly on the target without overshoot when it
-    /// can still stop before it. Limits above those of the rating are cut to them; zero acceleration never moves.
-    void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
-    /// At a speed, until told otherwise.
-    void turn(double velocity_rad_s, double acceleration_rad_s2);
-    /// With a motor current: the acceleration it gives less friction, up to the greatest speed.
-    void push(double current_a);
+    // ---- how the motor is driven, until told otherwise ----
 
-    void step();
+    void open();                          ///< terminals open: no current
+    void short_circuit();                 ///< terminals shorted: dynamic braking
+    void drive_duty(double duty);         ///< -1 … 1 of the supply voltage; beyond it is cut
+    void drive_current(double current_a); ///< a fast current loop, as far as the supply voltage allows
+
+    /// Moves on by `tick` at this supply voltage.
+    void run(double supply_v);
+
+    // ---- what the world does to it ----
+
+    void push(double torque_nm) { pushed_nm_ = torque_nm; } ///< external torque on top of the constant one
+    void jam(bool jammed) { jammed_ = jammed; }             ///< a gear that is stuck
+    void heat_to(double temperature_c) { winding_c_ = case_c_ = temperature_c; }
 
     double position_rad() const { return position_rad_; }
     double velocity_rad_s() const { return velocity_rad_s_; }
-    double acceleration_rad_s2() const { return acceleration_rad_s2_; } ///< over the last step
-    double current_a() const { return current_a_; }                     ///< of the last step, with its direction
-    double voltage_v() const { return rating_.supply_v; }
-    double temperature_c() const { return rating_.temperature_c; }
-    const Rating& rating() const { return rating_; }
+    double acceleration_rad_s2() const { return acceleration_rad_s2_; } ///< mean of the last tick
+    double current_a() const { return current_a_; }                     ///< of the winding, mean of the last tick
+    double supply_current_a() const { return supply_current_a_; } ///< mean of the last tick; below 0 it feeds back
+    double winding_c() const { return winding_c_; }
+    double case_c() const { return case_c_; }
+    const PlantParameters& parameters() const { return parameters_; }
 
 private:
-    enum class Drive : std::uint8_t { released, braked, following, turning, pushed };
+    enum class Drive : std::uint8_t { open, duty, current };
 
-    double wanted_velocity() const;
-    double friction() const;
-    void accelerate_towards(double velocity_rad_s, double acceleration_rad_s2);
+    /// What the motor does over one step, worked out once a tick.
+    struct Motor;
 
-    Rating rating_;
-    Drive drive_ = Drive::released;
-    double target_ = 0.0; ///< position, velocity or current, as `drive_` says
-    double velocity_limit_ = 0.0;
-    double acceleration_limit_ = 0.0;
+    double load_torque() const;
+    void warm(double copper_w);
+
+    PlantParameters parameters_;
+    Drive drive_ = Drive::open;
+    bool jammed_ = false;
+    double driven_ = 0.0; ///< duty or current, as `drive_` says
+    double pushed_nm_ = 0.0;
     double position_rad_ = 0.0;
     double velocity_rad_s_ = 0.0;
     double acceleration_rad_s2_ = 0.0;
     double current_a_ = 0.0;
+    double supply_current_a_ = 0.0;
+    double winding_c_ = 25.0;
+    double case_c_ = 25.0;
 };
-
-/// The speed between the ramps with which a move from rest to rest over `distance_rad` takes `time_s`; where the
-/// acceleration is too small for that, the greatest speed of the fastest move.
-double cruise_velocity(double distance_rad, double time_s, double acceleration_rad_s2);
 
 } // namespace sinew::sim

@@ -113,6 +113,7 @@ void CanWire::finish()
     const Ready heard = on_wire_;
     const TimePoint at = ends_;
     if (talker_ != nullptr) {
+        talker_->answered(at);
         if (host_ != nullptr && host_->bit_rate() == heard.bit_rate)
             host_->on_frame(heard.frame, at);
         return;
@@ -120,7 +121,6 @@ void CanWire::finish()
     for (Node& node : nodes_) {
         if (node.station == nullptr)
             continue;
-        node.station->advance(at); // which may bring a change of rate
         if (node.station->bit_rate() != heard.bit_rate)
             continue;
         // A message that changes the rate is still answered at the old one.

@@ -62,7 +62,7 @@ private:
     std::vector<Node> nodes_ = {{.queue = Ring<Ready>(host_capacity)}}; ///< the host is the first
     bool busy_ = false;
     Ready on_wire_{};
-    const Station* talker_ = nullptr;
+    Station* talker_ = nullptr;
     TimePoint ends_{};
     TimePoint idle_{}; ///< when the next frame may start
 };

@@ -60,7 +60,7 @@ TEST_F(CanWireTest, FramesTakeTheTimeOfTheirBits)
     wire.run_until(zero + 1s);
     ASSERT_EQ(first.heard.size(), 1U);
     EXPECT_EQ(first.heard[0].second, zero + 128us);
-    EXPECT_EQ(first.advanced_to, zero + 128us);
+    EXPECT_EQ(first.answered_at, zero + 128us + 50us + 118us);
     ASSERT_EQ(host.heard.size(), 1U);
     EXPECT_EQ(host.heard[0].first, answered);
     EXPECT_EQ(host.heard[0].second, zero + 128us + 50us + 118us);

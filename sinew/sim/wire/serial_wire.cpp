@@ -66,6 +66,11 @@ void SerialWire::finish(Line& line)
     const auto hears = [&](const Transmitter& own) {
         return duplex_ == Duplex::full || own.busy_until() <= byte.start;
     };
+    for (Connection& connection : connections_)
+        if (connection.answering && connection.out.idle_after(byte.end)) {
+            connection.answering = false;
+            connection.station->answered(byte.end);
+        }
     if (&line == &from_host())
         for (Connection& connection : connections_)
             if (hears(connection.out))
@@ -76,9 +81,6 @@ void SerialWire::finish(Line& line)
 
 void SerialWire::hear(Connection& connection, const Transmitter::Byte& byte)
 {
-    // The device may have changed its rate since its last frame, once its answer was out.
-    if (connection.in.empty())
-        connection.station->advance(byte.end);
     if (connection.station->bit_rate() != byte.bit_rate)
         return;
     connection.in.add(byte.value);
@@ -105,10 +107,9 @@ void SerialWire::find_requests(Connection& connection, bool silent, TimePoint at
             continue;
         // A message that changes the rate is still answered at the old one.
         const std::uint32_t bit_rate = station.bit_rate();
-        station.advance(at);
         const auto answer = station.hear(request, at);
         if (answer && answer->frame.size <= connection.out.room())
-            connection.out.send(answer->frame.bytes(), bit_rate, at + answer->delay);
+            connection.answering = connection.out.send(answer->frame.bytes(), bit_rate, at + answer->delay) != 0;
     }
     if (silent)
         connection.in.drop(connection.in.bytes().size());

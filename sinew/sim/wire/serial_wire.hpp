@@ -55,6 +55,7 @@ private:
         Transmitter out;
         Receiver in;
         TimePoint gives_up = TimePoint::max();
+        bool answering = false;
     };
 
     /// One direction of the wire, or the whole of it on half duplex. The byte on it, if it is busy.

@@ -41,7 +41,7 @@ TEST_F(SerialWireTest, AnswersAfterTheBitsOfTheRequestTheDelayAndTheBitsOfTheAns
     // 40 bits at 1.5 Mbps are 26.667 µs; each byte of the answer adds 10 bits.
     ASSERT_EQ(first.heard.size(), 1U);
     EXPECT_EQ(first.heard[0].second, zero + 26'667ns);
-    EXPECT_EQ(first.advanced_to, zero + 26'667ns);
+    EXPECT_EQ(first.answered_at, zero + 26'667ns + 100us + 13'334ns);
     ASSERT_EQ(host.bytes(), (Bytes{0x12, 0x34}));
     EXPECT_EQ(host.heard[0].second, zero + 26'667ns + 100us + 6'667ns);
     EXPECT_EQ(host.heard[1].second, zero + 26'667ns + 100us + 13'334ns);
@@ -93,15 +93,17 @@ TEST_F(SerialWireTest, MessageThatChangesTheRateIsAnsweredAtTheOldOne)
     EXPECT_EQ(host.heard[1].second, zero + 26'667ns + 100us + 13'334ns);
 }
 
-TEST_F(SerialWireTest, DeviceThatChangedItsRateBetweenFramesHearsTheNextOneWhole)
+TEST_F(SerialWireTest, DeviceThatSwitchesItsRateAfterItsAnswerHearsTheNextRequestAtTheNewOne)
 {
-    build(Duplex::full, 9'600);
-    first.rate_now = 115'200;
-    first.rate_changes = zero + 1ms;
+    build(Duplex::full);
     first.later_rate = 9'600;
-    send(request, 2ms);
+    send(request);
     wire.run_until(zero + 1s);
     EXPECT_EQ(host.bytes(), (Bytes{0x12, 0x34}));
+    host.rate_now = 9'600;
+    send(request, 2s);
+    wire.run_until(zero + 3s);
+    EXPECT_EQ(host.bytes(), (Bytes{0x12, 0x34, 0x12, 0x34}));
 }
 
 TEST_F(SerialWireTest, HearsOnThroughMoreGarbageThanItCanKeep)

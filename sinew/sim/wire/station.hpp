@@ -22,14 +22,18 @@ class Station
 public:
     virtual ~Station() = default;
 
-    /// Moves the device on to `now`: control and plant in fixed steps. Time never goes back.
-    virtual void advance(TimePoint now) = 0;
-    /// A request frame that ended on the wire at `at`, whoever it was for. The caller has advanced the device to `at`.
+    /// A request frame that ended on the wire at `at`: one that `wire::Protocol::addressee` says is for this station or
+    /// for nobody in particular.
     virtual std::optional<Answer> hear(const wire::Frame& request, TimePoint at) = 0;
+    /// What it answered has gone out whole.
+    virtual void answered(TimePoint at) = 0;
 
     virtual const wire::Protocol& protocol() const = 0;
-    /// It hears and answers at this rate only, as it was when it was advanced last. What it answers to a message goes
-    /// out at the rate from before that message.
+    virtual int id() const = 0;
+    /// It also wants the requests to other ids.
+    virtual bool hears_all() const { return false; }
+    /// It hears and answers at this rate only; 0: it has no power, or hangs on no wire. What it answers to a message
+    /// goes out at the rate from before that message.
     virtual std::uint32_t bit_rate() const = 0;
 };
 

@@ -57,6 +57,8 @@ public:
     }
     /// When the line is its own no more.
     TimePoint busy_until() const { return free_; }
+    /// Whether all that it had to send is out at `at`.
+    bool idle_after(TimePoint at) const { return waiting_.empty() && free_ <= at; }
 
 private:
     TimePoint end_of(std::int64_t count) const { return burst_ + bit_time(bits_per_byte * count, bit_rate_); }

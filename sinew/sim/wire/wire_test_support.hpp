@@ -39,6 +39,7 @@ public:
     {
         return nullptr;
     }
+    int addressee(const wire::Frame& request) const override { return request.data[1] == 0x55 ? -1 : request.data[1]; }
     bool answers(const wire::Frame&, const wire::MessageInfo&, const wire::Frame&, wire::Options) const override
     {
         return false;
@@ -51,10 +52,10 @@ public:
 struct FakeStation final : Station {
     explicit FakeStation(std::uint32_t rate) : rate_now(rate) { heard.reserve(64); }
 
-    void advance(TimePoint now) override
+    void answered(TimePoint at) override
     {
-        advanced_to = now;
-        if (now >= rate_changes)
+        answered_at = at;
+        if (later_rate != 0)
             rate_now = later_rate;
     }
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override
@@ -65,16 +66,17 @@ struct FakeStation final : Station {
         return answer;
     }
     const wire::Protocol& protocol() const override { return framing; }
+    int id() const override { return number; }
     std::uint32_t bit_rate() const override { return rate_now; }
 
     FourBytes framing;
     std::uint32_t rate_now;
-    std::uint32_t next_rate = 0;               ///< from the next message on; 0: as it is
-    TimePoint rate_changes = TimePoint::max(); ///< by itself, to:
-    std::uint32_t later_rate = 0;
+    int number = 0;
+    std::uint32_t next_rate = 0;  ///< from the next message on; 0: as it is
+    std::uint32_t later_rate = 0; ///< once its answer is out; 0: as it is
     std::optional<Answer> answer;
     std::vector<std::pair<wire::Frame, TimePoint>> heard;
-    TimePoint advanced_to{};
+    TimePoint answered_at{};
 };
 
 struct FakeSerialHost final : SerialHost {

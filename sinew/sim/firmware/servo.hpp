@@ -1,0 +1,85 @@
+#pragma once
+#include "sinew/sim/plant/plant.hpp"
+
+#include <cstdint>
+
+namespace sinew::sim {
+
+/// What a plant can do at most, for whoever plans a motion of it.
+struct Rating {
+    double velocity_max_rad_s = 0.0;
+    double acceleration_max_rad_s2 = 0.0;
+    double current_max_a = 0.0;
+};
+
+/// That of a plant at this voltage, without its load's weight and friction.
+Rating rating_of(const PlantParameters& plant, double supply_v);
+
+/// A motion with a limit on speed and on acceleration, from one tick to the next: it follows a target or keeps a speed.
+/// Where the shaft should be, whatever it does; the same on every machine; no heap.
+class Trajectory
+{
+public:
+    /// At rest in `position_rad`, unless it moves.
+    void start(double position_rad, double velocity_rad_s = 0.0);
+    /// To a position at `velocity_rad_s` at most, and stay there. Lands exactly on the target without overshoot when it
+    /// can still stop before it. Zero acceleration never moves.
+    void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
+    /// At a speed, until told otherwise.
+    void turn(double velocity_rad_s, double acceleration_rad_s2);
+
+    void step(); ///< by one tick
+
+    double position_rad() const { return position_rad_; }
+    double velocity_rad_s() const { return velocity_rad_s_; }
+    double acceleration_rad_s2() const { return acceleration_rad_s2_; } ///< over the last step
+
+private:
+    double wanted_velocity() const;
+
+    bool is_following_ = false;
+    double target_ = 0.0; ///< position or velocity
+    double velocity_limit_ = 0.0;
+    double acceleration_limit_ = 0.0;
+    double position_rad_ = 0.0;
+    double velocity_rad_s_ = 0.0;
+    double acceleration_rad_s2_ = 0.0;
+};
+
+/// The speed between the ramps with which a move from rest to rest over `distance_rad` takes `time_s`; where the
+/// acceleration is too small for that, the greatest speed of the fastest move.
+double cruise_velocity(double distance_rad, double time_s, double acceleration_rad_s2);
+
+/// A motor drive of no particular make: it follows a trajectory with a stiff loop of current, turns, is pushed by a
+/// current, coasts or is braked.
+class Servo
+{
+public:
+    Servo(Plant& plant, double supply_v) : plant_(&plant), rating_(rating_of(plant.parameters(), supply_v)) {}
+
+    void release();
+    void brake();
+    /// As `Trajectory` has them, within the rating; a drive that was at rest starts from where the shaft is.
+    void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
+    void turn(double velocity_rad_s, double acceleration_rad_s2);
+    void push(double current_a);
+
+    void control(); ///< once a tick, before the plant runs
+
+    const Rating& rating() const { return rating_; }
+    const Trajectory& trajectory() const { return trajectory_; }
+
+private:
+    enum class Drive : std::uint8_t { released, braked, following, pushed };
+
+    void begin();
+
+    Plant* plant_;
+    Rating rating_;
+    Drive drive_ = Drive::released;
+    Trajectory trajectory_;
+    double current_a_ = 0.0;
+    double integral_rad_s_ = 0.0;
+};
+
+} // namespace sinew::sim
