@@ -98,6 +98,8 @@ void World::run_tick()
     for (WorldBus& bus : buses_)
         for (Supply& supply : bus.supplies)
             supply.run();
+    for (WorldBus& bus : buses_)
+        std::visit([](auto& wire) { wire.refresh(); }, bus.wire);
 }
 
 std::expected<WorldBus*, Error> World::find_bus(std::string_view name)

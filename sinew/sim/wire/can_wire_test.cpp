@@ -1,6 +1,7 @@
 #include "sinew/sim/wire/can_wire.hpp"
 
 #include "sinew/sim/wire/wire_test_support.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,6 +40,7 @@ TEST(CanFrameBits, StaysWithinWhatStuffingCanAdd)
 struct CanWireTest : testing::Test {
     CanWireTest()
     {
+        first.curious = true;
         wire.attach(first);
         wire.attach(second);
         wire.connect(&host);
@@ -117,6 +119,109 @@ TEST_F(CanWireTest, MessageThatChangesTheRateIsAnsweredAtTheOldOne)
     wire.host_sends(asked, rate, zero);
     wire.run_until(zero + 1s);
     EXPECT_EQ(host.heard.size(), 1U);
+}
+
+TEST_F(CanWireTest, RequestReachesWhomItIsFor)
+{
+    first.curious = false;
+    first.number = 3;
+    wire.refresh();
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    EXPECT_TRUE(first.heard.empty());
+    EXPECT_EQ(second.heard.size(), 1U);
+}
+
+TEST_F(CanWireTest, EqualAnswersInOneInstantAreHeardAsOne)
+{
+    first.answer = second.answer = Answer{answered, 50us};
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(host.heard.size(), 1U);
+    EXPECT_EQ(host.heard[0].second, zero + 121us + 50us + 118us);
+    EXPECT_EQ(first.answered_at, second.answered_at);
+}
+
+TEST_F(CanWireTest, AnswersThatDifferUnderOneIdentifierFightUntilTheyAreGivenUp)
+{
+    first.answer = Answer{answered, 50us};
+    second.answer = Answer{frame({0x22, 0, 0, 0, 0x10, 0x27, 0, 0}, 0x141), 50us};
+    wire.host_sends(asked, rate, zero);
+    // 20 bits up to the first of the data, one of them stuffed; 20 of error frame and 3 of space follow.
+    wire.run_until(zero + 1s);
+    EXPECT_TRUE(host.heard.empty());
+    EXPECT_EQ(wire.counters().error_frames, 32U);
+    EXPECT_EQ(wire.counters().given_up, 2U);
+    EXPECT_EQ(first.answered_at, zero + 171us + 31 * (21us + 23us) + 41us);
+    EXPECT_EQ(wire.next_event(), TimePoint::max());
+}
+
+TEST_F(CanWireTest, FramesDestroyedByABitErrorAreSentAgain)
+{
+    wire.faults().flip_bit = 0.5;
+    wire.seed(7);
+    for (int i = 0; i < 50; ++i)
+        wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(first.heard.size(), 50U);
+    EXPECT_GT(wire.counters().error_frames, 20U);
+    EXPECT_EQ(wire.counters().given_up, 0U);
+}
+
+TEST_F(CanWireTest, FrameThatIsNeverRightIsGivenUp)
+{
+    wire.faults().flip_bit = 1.0;
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    EXPECT_TRUE(first.heard.empty());
+    EXPECT_EQ(wire.counters().error_frames, 32U);
+    EXPECT_EQ(wire.counters().given_up, 1U);
+}
+
+TEST_F(CanWireTest, DroppedAnswersOfOneStationAreNotHeardAndThoseOfOthersAre)
+{
+    first.answer = Answer{answered, 0ns};
+    second.answer = Answer{high, 0ns};
+    wire.set_faults(first, {.drop_byte = 1.0});
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(host.heard.size(), 1U);
+    EXPECT_EQ(host.heard[0].first, high);
+    EXPECT_EQ(first.answered_at, zero + 124us + 118us);
+}
+
+TEST_F(CanWireTest, AddedFrameIsTheSameOnceMore)
+{
+    first.answer = Answer{answered, 0ns};
+    wire.set_faults(first, {.add_byte = 1.0});
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(host.heard.size(), 2U);
+    EXPECT_EQ(host.heard[1].first, answered);
+    EXPECT_EQ(host.heard[1].second, zero + 124us + 118us + 3us + 118us);
+}
+
+TEST_F(CanWireTest, LateReplyIsLateByWhatWasSet)
+{
+    first.answer = Answer{answered, 50us};
+    wire.faults() = {.delay_reply = 1.0, .reply_delay = 2ms};
+    wire.host_sends(asked, rate, zero);
+    wire.run_until(zero + 1s);
+    ASSERT_EQ(host.heard.size(), 1U);
+    EXPECT_EQ(host.heard[0].second, zero + 121us + 50us + 2ms + 118us);
+}
+
+TEST_F(CanWireTest, AllocatesNothingOnceItIsBuilt)
+{
+    first.answer = Answer{answered, 50us};
+    second.answer = Answer{high, 50us};
+    const auto before = support::allocations();
+    for (int i = 0; i < 20; ++i) {
+        wire.host_sends(asked, rate, zero + i * 1ms);
+        wire.run_until(zero + (i + 1) * 1ms);
+    }
+    EXPECT_EQ(support::allocations(), before);
+    EXPECT_EQ(host.heard.size(), 40U);
 }
 
 TEST_F(CanWireTest, RefusesFramesBeyondItsQueue)

@@ -20,6 +20,8 @@ struct SerialWireTest : testing::Test {
         wire.connect(&host);
         for (std::uint32_t* r : {&first.rate_now, &second.rate_now, &host.rate_now})
             *r = rate;
+        first.number = second.number = request[1];
+        wire.refresh();
         first.answer = Answer{frame({0x12, 0x34}), 100us};
     }
     void send(const Bytes& bytes, Duration at = 0ns)
@@ -64,6 +66,7 @@ TEST_F(SerialWireTest, DeviceAtAnotherRateHearsNothing)
 {
     build(Duplex::full);
     first.rate_now = 115'200;
+    wire.refresh();
     send(request);
     wire.run_until(zero + 1s);
     EXPECT_TRUE(first.heard.empty());
@@ -109,7 +112,7 @@ TEST_F(SerialWireTest, DeviceThatSwitchesItsRateAfterItsAnswerHearsTheNextReques
 TEST_F(SerialWireTest, HearsOnThroughMoreGarbageThanItCanKeep)
 {
     build(Duplex::full);
-    first.framing.patient = true;
+    first.own_framing.patient = true;
     send(Bytes(Receiver::capacity + 10, 0x00));
     send(request);
     wire.run_until(zero + 1s);
@@ -192,6 +195,8 @@ TEST_F(SerialWireTest, DevicesOnFullDuplexHearTheHostAlone)
 TEST_F(SerialWireTest, DevicesOnHalfDuplexHearEachOtherButNotThemselves)
 {
     build(Duplex::half);
+    second.curious = true;
+    wire.refresh();
     first.answer = Answer{frame({0xFF, 1, 2, 3}), 0ns};
     send(request);
     wire.run_until(zero + 1s);
@@ -227,6 +232,45 @@ TEST_F(SerialWireTest, SecondRequestIsAnsweredAfterTheFirst)
     send(request);
     wire.run_until(zero + 1s);
     EXPECT_EQ(host.bytes(), (Bytes{0x12, 0x34, 0x12, 0x34}));
+}
+
+TEST_F(SerialWireTest, RequestReachesWhomItIsForAndWhoHearsAll)
+{
+    build(Duplex::full);
+    second.number = 3;
+    first.framing = second.framing; // one ear
+    wire.refresh();
+    send(request);
+    wire.run_until(zero + 1ms);
+    EXPECT_EQ(first.heard.size(), 1U);
+    EXPECT_TRUE(second.heard.empty());
+    second.curious = true;
+    wire.refresh();
+    send(request, 2ms);
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(second.heard.size(), 1U);
+}
+
+TEST_F(SerialWireTest, RequestToAllReachesEveryIdOnce)
+{
+    build(Duplex::full);
+    second.number = 3;
+    second.curious = true;
+    wire.refresh();
+    send({0xFF, 0x55, 0x01, 0x02});
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(first.heard.size(), 1U);
+    EXPECT_EQ(second.heard.size(), 1U);
+}
+
+TEST_F(SerialWireTest, DeviceThatTakesAnotherIdIsFoundThereAtOnce)
+{
+    build(Duplex::full);
+    first.next_number = 7;
+    send(request);
+    send({0xFF, 0x07, 0x00, 0x00});
+    wire.run_until(zero + 1s);
+    EXPECT_EQ(first.heard.size(), 2U);
 }
 
 TEST_F(SerialWireTest, AllocatesNothingOnceItIsBuilt)

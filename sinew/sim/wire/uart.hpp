@@ -57,8 +57,6 @@ public:
     }
     /// When the line is its own no more.
     TimePoint busy_until() const { return free_; }
-    /// Whether all that it had to send is out at `at`.
-    bool idle_after(TimePoint at) const { return waiting_.empty() && free_ <= at; }
 
 private:
     TimePoint end_of(std::int64_t count) const { return burst_ + bit_time(bits_per_byte * count, bit_rate_); }
@@ -78,22 +76,73 @@ public:
     static constexpr std::size_t capacity = 64;
 
     std::span<const std::uint8_t> bytes() const { return std::span(bytes_).first(size_); }
+    /// When the byte at this place began.
+    TimePoint start(std::size_t place) const { return starts_[place]; }
     bool empty() const { return size_ == 0; }
-    void add(std::uint8_t byte)
+    void add(std::uint8_t byte, TimePoint start)
     {
         if (size_ == capacity)
             drop(1);
-        bytes_[size_++] = byte;
+        bytes_[size_] = byte;
+        starts_[size_++] = start;
     }
     void drop(std::size_t count)
     {
         std::copy(bytes_.begin() + count, bytes_.begin() + size_, bytes_.begin());
+        std::copy(starts_.begin() + count, starts_.begin() + size_, starts_.begin());
         size_ -= count;
     }
 
 private:
     std::array<std::uint8_t, capacity> bytes_{};
+    std::array<TimePoint, capacity> starts_{};
     std::size_t size_ = 0;
+};
+
+/// The receiving half of a UART on a waveform that need not be made for it: it waits for a fall, looks whether the
+/// middle of the start bit is low, and samples every bit in its middle.
+class Sampler
+{
+public:
+    /// The line has this level from `from` to `to`, which follows what was fed before or a silence. Calls
+    /// `heard(value, broken, start)` for each byte whose stop bit was sampled; broken: the stop bit was missing.
+    template <class F>
+    void feed(bool level, TimePoint from, TimePoint to, std::uint32_t bit_rate, F&& heard)
+    {
+        if (!receiving_ && level_ && !level) {
+            receiving_ = true;
+            start_ = from;
+            next_ = 0;
+            value_ = 0;
+        }
+        level_ = level;
+        while (receiving_ && start_ + bit_time(2 * next_ + 1, 2 * std::int64_t{bit_rate}) < to) {
+            const int bit = next_++;
+            if (bit == 0)
+                receiving_ = !level; // else it was a spike
+            else if (bit < stop_bit)
+                value_ |= static_cast<unsigned>(level) << (bit - 1);
+            else {
+                receiving_ = false;
+                heard(static_cast<std::uint8_t>(value_), !level, start_);
+            }
+        }
+    }
+    bool receiving() const { return receiving_; }
+    /// When a byte that it is receiving is whole.
+    TimePoint whole_at(std::uint32_t bit_rate) const
+    {
+        return receiving_ ? start_ + bit_time(bits_per_byte, bit_rate) : TimePoint::max();
+    }
+
+private:
+    static constexpr int stop_bit = 9;
+
+    bool receiving_ = false;
+    bool level_ = true; ///< an idle line is high
+    int next_ = 0;      ///< bit that is sampled next
+    unsigned value_ = 0;
+    TimePoint start_{};
 };
 
 } // namespace sinew::sim

@@ -63,16 +63,22 @@ struct FakeStation final : Station {
         heard.emplace_back(request, at);
         if (next_rate != 0)
             rate_now = next_rate;
+        if (next_number != 0)
+            number = next_number;
         return answer;
     }
-    const wire::Protocol& protocol() const override { return framing; }
+    const wire::Protocol& protocol() const override { return *framing; }
     int id() const override { return number; }
+    bool hears_all() const override { return curious; }
     std::uint32_t bit_rate() const override { return rate_now; }
 
-    FourBytes framing;
+    FourBytes own_framing;
+    const FourBytes* framing = &own_framing; ///< stations with one framing share an ear
     std::uint32_t rate_now;
     int number = 0;
+    bool curious = false;
     std::uint32_t next_rate = 0;  ///< from the next message on; 0: as it is
+    int next_number = 0;          ///< from the next message on; 0: as it is
     std::uint32_t later_rate = 0; ///< once its answer is out; 0: as it is
     std::optional<Answer> answer;
     std::vector<std::pair<wire::Frame, TimePoint>> heard;
