@@ -124,12 +124,30 @@ std::optional<Marked<double>> Reader::angle(const toml::table& table, std::strin
     return in_radians;
 }
 
-std::vector<Setting> Reader::settings(const toml::table* table)
+std::vector<Section> Reader::sections(const toml::table& table, std::string_view key)
+{
+    std::vector<Section> all;
+    const Entry entry = find(table, key);
+    if (!entry.node)
+        return all;
+    const toml::array* list = entry.node->as_array();
+    if (list == nullptr || !list->is_array_of_tables()) {
+        fail(mark_of(entry.key->source()), fmt::format("{} must be tables: write [[sim.{}]] above each.", key, key));
+        return all;
+    }
+    for (const auto& one : *list)
+        all.push_back({settings(one.as_table()), mark_of(one.source())});
+    return all;
+}
+
+std::vector<Setting> Reader::settings(const toml::table* table, std::string_view except)
 {
     std::vector<Setting> all;
     if (!table)
         return all;
     for (const auto& [key, node] : *table) {
+        if (key.str() == except)
+            continue;
         Setting setting{.key = std::string{key.str()}, .value = false, .at = mark_of(key.source())};
         if (const auto* text = node.as_string())
             setting.value = text->get();

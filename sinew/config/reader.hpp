@@ -40,7 +40,9 @@ public:
     std::optional<Marked<double>> angle(const toml::table& table, std::string_view radians, std::string_view degrees);
 
     /// All keys of a table as they stand; fails for lists, tables and dates.
-    std::vector<Setting> settings(const toml::table* table);
+    std::vector<Setting> settings(const toml::table* table, std::string_view except = {});
+    /// The tables of `[[…KEY]]`, each as its settings.
+    std::vector<Section> sections(const toml::table& table, std::string_view key);
 
 private:
     Entry find(const toml::table& table, std::string_view key) const;

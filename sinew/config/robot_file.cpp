@@ -12,8 +12,8 @@
 namespace sinew::config {
 namespace {
 
-constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint"};
-constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate"};
+constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "sim"};
+constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate", "sim"};
 constexpr std::string_view joint_keys[] = {"bus",
                                            "id",
                                            "model",
@@ -29,7 +29,8 @@ constexpr std::string_view joint_keys[] = {"bus",
                                            "velocity_max_rad_s",
                                            "velocity_max_deg_s",
                                            "profile_options",
-                                           "sim"};
+                                           "sim",
+                                           "plant"};
 
 /// Names appear in links and on the command line.
 bool is_name(std::string_view name)
@@ -59,6 +60,7 @@ Bus read_bus(Reader& reader, const toml::table& table, std::string name, Mark at
     bus.bit_rate = reader.whole(table, "bit_rate");
     if (bus.bit_rate && bus.bit_rate->value <= 0)
         reader.fail(bus.bit_rate->at, "bit_rate must be above 0.");
+    bus.sim = reader.settings(reader.section(table, "sim"));
     return bus;
 }
 
@@ -108,6 +110,7 @@ Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mar
     read_limits(reader, table, joint);
     joint.options = reader.settings(reader.section(table, "profile_options"));
     joint.sim = reader.settings(reader.section(table, "sim"));
+    joint.plant = reader.settings(reader.section(table, "plant"));
     return joint;
 }
 
@@ -189,6 +192,10 @@ std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::str
         file.name = std::move(name->value);
     file.buses = read_named<Bus>(reader, document, "bus", read_bus);
     file.joints = read_named<Joint>(reader, document, "joint", read_joint);
+    if (const toml::table* sim = reader.section(document, "sim")) {
+        file.sim = reader.settings(sim, "fault");
+        file.faults = reader.sections(*sim, "fault");
+    }
     check_buses(reader, file);
     if (reader.failed())
         return std::unexpected(reader.take_error());

@@ -26,10 +26,16 @@ struct Marked {
     Mark at{};
 };
 
-/// A key that only a family or the simulated device understands: a number, a word or a switch.
+/// A key that only a family or the simulator understands: a number, a word or a switch.
 struct Setting {
     std::string key;
     std::variant<std::int64_t, double, std::string, bool> value;
+    Mark at;
+};
+
+/// A table of such keys.
+struct Section {
+    std::vector<Setting> settings;
     Mark at;
 };
 
@@ -39,6 +45,7 @@ struct Bus {
     Marked<std::string> family;
     std::optional<Marked<std::string>> link; ///< where the real bus is; the simulator does not need it
     std::optional<Marked<std::int64_t>> bit_rate;
+    std::vector<Setting> sim; ///< `[bus.NAME.sim]`: options of the simulated wire and its supply
 };
 
 struct Joint {
@@ -54,6 +61,7 @@ struct Joint {
     std::optional<double> position_min_rad, position_max_rad, velocity_max_rad_s;
     std::vector<Setting> options; ///< `[joint.NAME.profile_options]`: named options of the profile
     std::vector<Setting> sim;     ///< `[joint.NAME.sim]`: options of the simulated device
+    std::vector<Setting> plant;   ///< `[joint.NAME.plant]`: of its simulated motor and load
 };
 
 struct RobotFile {
@@ -61,6 +69,8 @@ struct RobotFile {
     std::string name;
     std::vector<Bus> buses;
     std::vector<Joint> joints;
+    std::vector<Setting> sim;    ///< `[sim]`: options of the simulated world
+    std::vector<Section> faults; ///< `[[sim.fault]]`: what goes wrong in it
 
     const Bus* find_bus(std::string_view bus) const;
     const Joint* find_joint(std::string_view joint) const;

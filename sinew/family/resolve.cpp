@@ -1,4 +1,4 @@
-#include "sinew/base/bytes.hpp"
+#include "sinew/family/apply.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/family/nuri/messages.hpp"
 #include "sinew/family/options.hpp"
@@ -23,24 +23,6 @@ struct Wish {
     std::string_view model, profile;
     std::int64_t id = 0;
 };
-
-template <class Range, class Name>
-std::vector<std::string_view> names_of(const Range& range, Name name)
-{
-    std::vector<std::string_view> names;
-    for (const auto& one : range)
-        names.push_back(name(one));
-    return names;
-}
-
-/// "sam has no model 'SAM-61', did you mean SAM-160? It has SAM-5, …."
-std::string no_such(std::string_view owner, std::string_view kind, std::string_view word,
-                    const std::vector<std::string_view>& names)
-{
-    const std::string near = did_you_mean(word, names);
-    return fmt::format("{} has no {} '{}'{} It has {}.", owner, kind, word, near.empty() ? "." : near,
-                       fmt::join(names, ", "));
-}
 
 // ---- what is special about each family ----
 
@@ -133,23 +115,6 @@ std::expected<typename Rules::Spec, Problem> choose(Rules, const Family& family,
     if (!wish.profile.empty())
         Rules::named(spec);
     return spec;
-}
-
-template <class Target>
-std::expected<void, Error> apply(const config::RobotFile& file, const std::vector<config::Setting>& settings,
-                                 std::span<const Option<Target>> table, std::string_view owner, std::string_view kind,
-                                 Target& target)
-{
-    for (const config::Setting& setting : settings) {
-        const auto option = std::ranges::find_if(table, [&](const auto& one) { return one.key == setting.key; });
-        if (option == table.end())
-            return config::fail_at(
-                file, setting.at,
-                no_such(owner, kind, setting.key, names_of(table, [](const auto& one) { return one.key; })));
-        if (!option->set(target, setting.value))
-            return config::fail_at(file, setting.at, fmt::format("{} must be {}.", setting.key, option->says));
-    }
-    return {};
 }
 
 config::Mark place_of(const config::Joint& joint, Problem::Part part)

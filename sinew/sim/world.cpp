@@ -3,6 +3,7 @@
 #include "sinew/base/bytes.hpp"
 #include "sinew/sim/firmware/devices.hpp"
 #include "sinew/sim/firmware/ratings.hpp"
+#include "sinew/sim/options.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -19,15 +20,12 @@ std::variant<SerialWire, CanWire> wire_of(const Family& family)
     return SerialWire{family.name == "sam" ? Duplex::full : Duplex::half};
 }
 
-/// ASSUMED: cable and power supply of a bus.
-constexpr double supply_ohm = 0.05;
-
-std::size_t supply_at(std::vector<Supply>& supplies, double voltage_v)
+std::size_t supply_at(std::vector<Supply>& supplies, double voltage_v, double ohm)
 {
     const auto same = std::ranges::find(supplies, voltage_v, &Supply::nominal_v);
     if (same != supplies.end())
         return static_cast<std::size_t>(same - supplies.begin());
-    supplies.emplace_back(voltage_v, supply_ohm);
+    supplies.emplace_back(voltage_v, ohm);
     return supplies.size() - 1;
 }
 
@@ -38,22 +36,50 @@ std::expected<std::unique_ptr<World>, Error> World::make(const config::RobotFile
     const auto robot = resolve(file);
     if (!robot)
         return std::unexpected(robot.error());
+    const auto options = world_options_of(file);
+    if (!options)
+        return std::unexpected(options.error());
     std::unique_ptr<World> world(new World);
+    world->file_ = file;
+    std::vector<BusOptions> bus_options;
     for (const config::Bus& bus : file.buses) {
+        const auto of_bus = bus_options_of(file, bus);
+        if (!of_bus)
+            return std::unexpected(of_bus.error());
+        bus_options.push_back(*of_bus);
         const Family* family = find_family(bus.family.value); // resolve has checked it
         const auto bit_rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family->default_bit_rate;
         world->buses_.push_back({bus.name, family, bit_rate, wire_of(*family), {}});
+        if (auto* serial = std::get_if<SerialWire>(&world->buses_.back().wire))
+            serial->host_end() = {.echo = of_bus->echo,
+                                  .usb_latency = std::chrono::duration_cast<Duration>(
+                                      std::chrono::duration<double>(of_bus->usb_latency_s))};
     }
     for (const ResolvedJoint& joint : robot->joints) {
         const auto bus = world->find_bus(joint.bus->name);
         if (!bus)
             return std::unexpected(bus.error());
-        auto device = make_device(joint.device, plant_of(joint.device));
+        const auto plant = plant_of(file, *joint.joint, plant_of(joint.device));
+        if (!plant)
+            return std::unexpected(plant.error());
+        auto device = make_device(joint.device, *plant);
         std::visit([&](auto& wire) { wire.attach(*device); }, (*bus)->wire);
-        world->inhabitants_.push_back({joint.joint->name, std::move(device),
-                                       static_cast<std::size_t>(*bus - world->buses_.data()),
-                                       supply_at((*bus)->supplies, supply_v(joint.device))});
+        const auto place = static_cast<std::size_t>(*bus - world->buses_.data());
+        const BusOptions& supply = bus_options[place];
+        const double voltage_v = supply.supply_v > 0.0 ? supply.supply_v : supply_v(joint.device);
+        world->inhabitants_.push_back(
+            {joint.joint->name, std::move(device), place, supply_at((*bus)->supplies, voltage_v, supply.supply_ohm)});
     }
+    for (const config::Section& section : file.faults) {
+        const auto fault = fault_of(file, section);
+        if (!fault)
+            return std::unexpected(fault.error());
+        world->inject(*fault);
+    }
+    // A stream of chance for each wire: what happens on one changes nothing on another.
+    for (std::size_t i = 0; i < world->buses_.size(); ++i)
+        std::visit([&](auto& wire) { wire.seed(static_cast<std::uint64_t>(options->seed) * 1'000'003 + i); },
+                   world->buses_[i].wire);
     world->run_tick(); // power-on
     return world;
 }
@@ -87,6 +113,7 @@ void World::run_wires(TimePoint until)
 void World::run_tick()
 {
     next_tick_ += tick;
+    run_faults();
     for (WorldBus& bus : buses_)
         for (Supply& supply : bus.supplies)
             supply.begin();
@@ -96,10 +123,10 @@ void World::run_tick()
         supply.take(inhabitant.device->supply_current_a());
     }
     for (WorldBus& bus : buses_)
+        std::visit([](auto& wire) { wire.refresh(); }, bus.wire);
+    for (WorldBus& bus : buses_)
         for (Supply& supply : bus.supplies)
             supply.run();
-    for (WorldBus& bus : buses_)
-        std::visit([](auto& wire) { wire.refresh(); }, bus.wire);
 }
 
 std::expected<WorldBus*, Error> World::find_bus(std::string_view name)
@@ -117,6 +144,14 @@ std::expected<WorldBus*, Error> World::find_bus(std::string_view name)
                              : fmt::format("there is no bus '{}'; the robot has {}", name, fmt::join(names, ", ")));
 }
 
+std::vector<std::string_view> World::joints() const
+{
+    std::vector<std::string_view> names;
+    for (const Inhabitant& inhabitant : inhabitants_)
+        names.push_back(inhabitant.joint);
+    return names;
+}
+
 Device* World::find_device(std::string_view joint)
 {
     const auto found = std::ranges::find(inhabitants_, joint, &Inhabitant::joint);
@@ -127,10 +162,7 @@ std::expected<Look, Error> World::look(std::string_view joint)
 {
     if (const Device* device = find_device(joint))
         return device->look();
-    std::vector<std::string_view> names;
-    for (const Inhabitant& inhabitant : inhabitants_)
-        names.push_back(inhabitant.joint);
-    return fail(Errc::unknown_name, fmt::format("there is no joint '{}'{}", joint, did_you_mean(joint, names)));
+    return fail(Errc::unknown_name, fmt::format("there is no joint '{}'{}", joint, did_you_mean(joint, joints())));
 }
 
 } // namespace sinew::sim

@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/config/robot_file.hpp"
 #include "sinew/family/families.hpp"
+#include "sinew/sim/fault.hpp"
 #include "sinew/sim/firmware/device.hpp"
 #include "sinew/sim/plant/supply.hpp"
 #include "sinew/sim/wire/can_wire.hpp"
@@ -33,8 +34,17 @@ struct WorldBus {
 class World
 {
 public:
-    /// Checks the robot file as `resolve` does. The file is not needed afterwards.
+    /// Checks the robot file as `resolve` does, and what it says about the simulated world.
     static std::expected<std::unique_ptr<World>, Error> make(const config::RobotFile& file);
+
+    // ---- what goes wrong ----
+
+    /// From `fault.at_s` seconds on from now. What it names must be there. Asks the heap for memory.
+    void inject(const Fault& fault);
+    /// Takes back all that hits this joint or bus, waiting or not. Returns how many faults that were.
+    std::size_t mend(std::string_view target);
+    /// What hits this joint or bus at this moment.
+    std::vector<FaultKind> faults_of(std::string_view target) const;
 
     TimePoint now() const { return now_; }
     /// When something happens next on a wire; `TimePoint::max()`: nothing will until a host sends.
@@ -42,6 +52,8 @@ public:
     /// Runs wires and devices up to `until` and makes it the present. Earlier than now: does nothing.
     void advance(TimePoint until);
 
+    const config::RobotFile& file() const { return file_; }
+    std::vector<std::string_view> joints() const;  ///< in the order of the file
     std::span<WorldBus> buses() { return buses_; } ///< in the order of the file
     /// `link_not_found` that names the buses there are. An empty name is the bus of a robot that has one only.
     std::expected<WorldBus*, Error> find_bus(std::string_view name);
@@ -58,10 +70,27 @@ private:
         std::size_t supply = 0; ///< of its bus
     };
 
+    /// A fault with its time.
+    struct Scheduled {
+        Fault fault;
+        TimePoint begins{};
+        TimePoint ends{};
+        bool is_on = false;
+        std::int64_t before = 0; ///< the id that the device had
+        bool hits(std::string_view target) const { return fault.joint == target || fault.bus == target; }
+    };
+
     World() = default;
     void run_wires(TimePoint until);
     void run_tick();
+    void run_faults();
+    void turn(Scheduled& scheduled, bool on);
+    void turn_device(Scheduled& scheduled, Device& device, bool on);
+    void turn_supplies(const Fault& fault, bool on);
+    void turn_wire(const Fault& changed);
 
+    config::RobotFile file_;
+    std::vector<Scheduled> faults_;
     TimePoint now_{};
     TimePoint next_tick_{};
     std::vector<Inhabitant> inhabitants_;

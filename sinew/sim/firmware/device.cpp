@@ -1,10 +1,12 @@
 #include "sinew/sim/firmware/device.hpp"
 
+#include <algorithm>
+
 namespace sinew::sim {
 
 void Device::run(double supply_v)
 {
-    supply_v_ = is_plugged_ ? supply_v : 0.0;
+    supply_v_ = is_plugged_ ? std::min(supply_v, supply_most_v_) : 0.0;
     const bool enough = supply_v_ >= runs_above_v;
     if (enough && !is_on_)
         power_on();

@@ -3,6 +3,7 @@
 #include "sinew/sim/wire/station.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 namespace sinew::sim {
@@ -44,6 +45,8 @@ public:
     void unplug() { is_plugged_ = false; }
     void plug() { is_plugged_ = true; }
     bool is_plugged() const { return is_plugged_; }
+    /// Its supply gives no more than this; infinity: as it was.
+    void limit_supply(double voltage_v) { supply_most_v_ = voltage_v; }
     /// Its transceiver works at this rate, whatever its settings say; 0: as they say.
     void force_bit_rate(std::uint32_t bit_rate) { forced_bit_rate_ = bit_rate; }
     Plant& plant() { return plant_; }
@@ -71,6 +74,7 @@ protected:
 
 private:
     double supply_v_ = 0.0;
+    double supply_most_v_ = std::numeric_limits<double>::infinity();
     std::uint32_t forced_bit_rate_ = 0;
     bool is_on_ = false;
     bool is_plugged_ = true;
