@@ -12,8 +12,8 @@ void SerialWire::attach(Station& station)
         station_faults_.emplace_back();
     replies_.reserve(stations_.size() + spare_replies);
     ears_.reserve(most_ears);
-    for (Line& line : lines_)
-        line.talking.reserve(stations_.size() + 1);
+    from_host().talking.reserve(1);
+    from_stations().talking.reserve(stations_.size() + 1);
     rebuild();
 }
 

@@ -27,6 +27,7 @@ class FourBytes final : public wire::Protocol
 public:
     wire::Scan find_request(std::span<const std::uint8_t> bytes, bool silent) const override
     {
+        ++scans;
         const auto skip = static_cast<std::size_t>(std::ranges::find(bytes, 0xFF) - bytes.begin());
         if (bytes.size() - skip >= 4)
             return {skip, 4};
@@ -46,7 +47,8 @@ public:
     }
     std::expected<wire::Request, Error> probe(int) const override { return fail(Errc::unsupported, "none"); }
 
-    bool patient = false; ///< keeps garbage until the line is silent
+    mutable std::size_t scans = 0; ///< how often it was asked
+    bool patient = false;          ///< keeps garbage until the line is silent
 };
 
 struct FakeStation final : Station {
