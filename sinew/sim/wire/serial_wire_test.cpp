@@ -195,7 +195,7 @@ TEST_F(SerialWireTest, DevicesOnFullDuplexHearTheHostAlone)
 TEST_F(SerialWireTest, DevicesOnHalfDuplexHearEachOtherButNotThemselves)
 {
     build(Duplex::half);
-    second.curious = true;
+    first.curious = second.curious = true;
     wire.refresh();
     first.answer = Answer{frame({0xFF, 1, 2, 3}), 0ns};
     send(request);
