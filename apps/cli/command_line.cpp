@@ -96,6 +96,20 @@ const Verb* find_verb(std::string_view name)
     return nullptr;
 }
 
+/// A verb and how many words it is made of; two of them before one: "sim look" before "sim".
+struct Found {
+    const Verb* verb = nullptr;
+    std::size_t words = 0;
+};
+
+Found find_verb(std::span<char* const> words)
+{
+    if (words.size() > 1)
+        if (const Verb* verb = find_verb(fmt::format("{} {}", words[0], words[1])))
+            return {verb, 2};
+    return {find_verb(words[0]), 1};
+}
+
 int complain(std::string_view sentence, int code)
 {
     std::fflush(stdout);
@@ -151,7 +165,7 @@ int run_words(std::span<char* const> words)
         return exit_done;
     }
     if (first == "help" && words.size() > 1) {
-        const Verb* verb = find_verb(words[1]);
+        const Verb* verb = find_verb(words.subspan(1)).verb;
         if (verb == nullptr)
             return unknown_verb(words[1]);
         fmt::print("{}", help(*verb));
@@ -161,8 +175,8 @@ int run_words(std::span<char* const> words)
         fmt::print("{}", help());
         return exit_done;
     }
-    const Verb* verb = find_verb(first);
-    return verb != nullptr ? run_verb(*verb, words.subspan(1)) : unknown_verb(first);
+    const Found found = find_verb(words);
+    return found.verb != nullptr ? run_verb(*found.verb, words.subspan(found.words)) : unknown_verb(first);
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/sim_control.hpp"
 #include "apps/cli/terminal.hpp"
 #include "apps/cli/verb.hpp"
 #include "sinew/sim/real_time.hpp"
@@ -7,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace sinew::cli {
 namespace {
@@ -77,9 +79,14 @@ Outcome run(const Words& words)
         return std::unexpected(simulator.error());
     stop_on_signals();
     print_links((*simulator)->links(), words.json());
-    if (stdout_is_terminal())
-        fmt::print(stderr, "Running until Ctrl-C. From another terminal: sinew scan LINK\n");
-    (*simulator)->run(stop, *time ? clock.now() + **time : TimePoint::max());
+    const bool prompt = stdout_is_terminal() && ::isatty(STDIN_FILENO) == 1;
+    if (prompt)
+        fmt::print(stderr, "Running until Ctrl-C. From another terminal: sinew scan LINK\n"
+                           "Here: Enter shows the devices, help what else there is.\n");
+    const auto control = SimControl::open(**simulator, prompt, [] { stop.store(true); });
+    if (!control)
+        return std::unexpected(control.error());
+    (*simulator)->run(stop, *time ? clock.now() + **time : TimePoint::max(), control->get());
     return exit_done;
 }
 
@@ -93,7 +100,10 @@ Verb sim_verb()
             .options = {{"--for", "TIME", "end after this time, such as 10s; otherwise it runs until Ctrl-C"},
                         {"--json", "", "print the buses as one line of JSON"}},
             .examples = {{"sinew sim", "the demo robot, until Ctrl-C"}, {"sinew sim arm.toml --for 10s", "for a test"}},
-            .run = run};
+            .run = run,
+            .more =
+                "On a terminal it has a prompt: Enter shows what each device is doing, help lists the rest. Another "
+                "process asks it by sinew sim look, sim fault and sim mend."};
 }
 
 } // namespace sinew::cli

@@ -47,11 +47,13 @@ RealTimeSimulator::RealTimeSimulator(std::unique_ptr<World> world, link::Clock& 
 
 RealTimeSimulator::~RealTimeSimulator() = default;
 
-void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until)
+void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until, Visitor* visitor)
 {
     std::vector<link::Handle> handles(ports_.size());
     while (!stop.load(std::memory_order_relaxed)) {
         serve(world_time());
+        if (visitor != nullptr)
+            visitor->serve();
         const TimePoint now = clock_->now();
         if (now >= until)
             return;
@@ -60,6 +62,9 @@ void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until)
         if (next != TimePoint::max())
             deadline = std::min(deadline, power_on_ + (next - TimePoint{}));
         std::ranges::transform(ports_, handles.begin(), [](const auto& port) { return link::Handle{port->handle()}; });
+        handles.resize(ports_.size());
+        if (visitor != nullptr)
+            handles.insert(handles.end(), visitor->handles().begin(), visitor->handles().end());
         clock_->wait(handles, deadline);
     }
 }

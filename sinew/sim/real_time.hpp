@@ -13,6 +13,15 @@ namespace sinew::sim {
 
 class PtyPort;
 
+/// Somebody else who is served in the thread of a simulator: a prompt, a control socket.
+class Visitor
+{
+public:
+    virtual ~Visitor() = default;
+    virtual std::span<const link::Handle> handles() = 0; ///< what to wait for besides the ports
+    virtual void serve() = 0;                            ///< whenever something woke the simulator; must not block
+};
+
 /// A robot behind pseudo terminals in real time: any program opens its serial ports as it would open hardware. Serial
 /// buses are bare bytes, and devices answer only when the program set their bit rate; CAN buses are SLCAN adapters, and
 /// the rate that the program chose with S counts. Programs may come and go.
@@ -35,7 +44,7 @@ public:
     /// Serves all buses in this thread until the flag is set or `until` is reached. It sleeps while nothing is to be
     /// done, and looks at the flag at least every `idle_step`; a signal wakes it at once. Time that passes outside
     /// `run` passes for the world as well.
-    void run(const std::atomic<bool>& stop, TimePoint until = TimePoint::max());
+    void run(const std::atomic<bool>& stop, TimePoint until = TimePoint::max(), Visitor* visitor = nullptr);
 
     /// How often something was due more than `late_limit` before it was done, because the machine had other work.
     /// Readable from any thread.

@@ -1,0 +1,212 @@
+#include "apps/cli/sim_control.hpp"
+
+#include "sinew/base/bytes.hpp"
+#include "sinew/sim/console.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <vector>
+
+namespace sinew::cli {
+namespace {
+
+constexpr std::string_view prefix = "sim-";
+constexpr std::string_view ending = ".sock";
+constexpr std::size_t longest = 64 * 1024; // one message each way; the first byte of an answer is + or -
+constexpr char good = '+';
+constexpr char bad = '-';
+
+std::filesystem::path folder()
+{
+    const char* given = std::getenv("XDG_RUNTIME_DIR");
+    return given != nullptr && *given != '\0' ? std::filesystem::path(given) / "sinew"
+                                              : std::filesystem::path(fmt::format("/tmp/sinew-{}", ::getuid()));
+}
+
+std::unexpected<Error> refused(std::string_view what, const std::filesystem::path& path)
+{
+    return fail(Errc::link_failed, fmt::format("{} {}: {}", what, path.string(), std::strerror(errno)));
+}
+
+std::expected<sockaddr_un, Error> address_of(const std::filesystem::path& path)
+{
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path.string();
+    if (name.size() >= sizeof address.sun_path)
+        return fail(Errc::link_failed, fmt::format("{} is too long a name for a socket; set XDG_RUNTIME_DIR", name));
+    name.copy(address.sun_path, name.size());
+    return address;
+}
+
+const sockaddr* generic(const sockaddr_un& address)
+{
+    return reinterpret_cast<const sockaddr*>(&address);
+}
+
+/// Connected to the simulator of that socket; nothing when it has ended.
+link::Fd connect_to(const std::filesystem::path& path)
+{
+    const auto address = address_of(path);
+    link::Fd fd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    if (!address || !fd || ::connect(fd.get(), generic(*address), sizeof *address) != 0)
+        return {};
+    return fd;
+}
+
+struct Running {
+    std::string pid;
+    link::Fd fd;
+};
+
+/// All simulators of this user. The sockets of those that were killed are cleared away.
+std::vector<Running> running()
+{
+    std::vector<Running> all;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(folder(), none)) {
+        const std::string name = entry.path().filename().string();
+        if (!name.starts_with(prefix) || !name.ends_with(ending))
+            continue;
+        if (link::Fd fd = connect_to(entry.path()))
+            all.push_back({name.substr(prefix.size(), name.size() - prefix.size() - ending.size()), std::move(fd)});
+        else if (errno == ECONNREFUSED)
+            std::filesystem::remove(entry.path(), none);
+    }
+    return all;
+}
+
+} // namespace
+
+std::expected<std::unique_ptr<SimControl>, Error> SimControl::open(sim::RealTimeSimulator& simulator, bool prompt,
+                                                                   std::function<void()> on_quit)
+{
+    std::unique_ptr<SimControl> control(new SimControl(simulator, prompt, std::move(on_quit)));
+    std::error_code code;
+    std::filesystem::create_directories(folder(), code);
+    std::filesystem::permissions(folder(), std::filesystem::perms::owner_all, code);
+    const auto path = folder() / fmt::format("{}{}{}", prefix, ::getpid(), ending);
+    const auto address = address_of(path);
+    if (!address)
+        return std::unexpected(address.error());
+    ::unlink(path.c_str()); // of an earlier process with this number
+    control->socket_ = link::Fd(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (!control->socket_ || ::bind(control->socket_.get(), generic(*address), sizeof *address) != 0 ||
+        ::listen(control->socket_.get(), 4) != 0)
+        return refused("cannot listen on", path);
+    control->path_ = path;
+    control->handles_ = {link::Handle{control->socket_.get()}, link::Handle{prompt ? STDIN_FILENO : -1}};
+    if (prompt)
+        fmt::print("sim> ");
+    std::fflush(stdout);
+    return control;
+}
+
+SimControl::~SimControl()
+{
+    if (!path_.empty())
+        ::unlink(path_.c_str());
+}
+
+void SimControl::serve()
+{
+    serve_socket();
+    if (prompts_)
+        serve_prompt();
+    tell_lateness();
+}
+
+void SimControl::serve_socket()
+{
+    const link::Fd client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    if (!client)
+        return;
+    const timeval patience{.tv_sec = 0, .tv_usec = 20'000}; // who connects has its question ready
+    ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    std::string line(longest, '\0');
+    const ssize_t size = ::recv(client.get(), line.data(), line.size(), 0);
+    if (size <= 0)
+        return;
+    line.resize(static_cast<std::size_t>(size));
+    const auto answer = sim::respond(simulator_->world(), line);
+    const std::string reply = answer ? good + *answer : bad + to_sentence(answer.error());
+    static_cast<void>(::send(client.get(), reply.data(), std::min(reply.size(), longest), MSG_NOSIGNAL));
+}
+
+void SimControl::serve_prompt()
+{
+    pollfd ready{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    if (::poll(&ready, 1, 0) <= 0)
+        return;
+    std::array<char, 512> in;
+    const ssize_t size = ::read(STDIN_FILENO, in.data(), in.size());
+    if (size <= 0) { // Ctrl-D
+        prompts_ = false;
+        handles_[1].fd = -1;
+        on_quit_();
+        return;
+    }
+    typed_.append(in.data(), static_cast<std::size_t>(size));
+    for (auto end = typed_.find('\n'); end != std::string::npos; end = typed_.find('\n')) {
+        const std::string line = typed_.substr(0, end);
+        typed_.erase(0, end + 1);
+        if (line == "quit" || line == "exit") {
+            on_quit_();
+            return;
+        }
+        const auto answer = sim::respond(simulator_->world(), line);
+        fmt::print("{}", answer ? *answer : to_sentence(answer.error()) + '\n');
+        fmt::print("sim> ");
+    }
+    std::fflush(stdout);
+}
+
+// Said when it has doubled, so that a machine that is always too slow does not fill the terminal.
+void SimControl::tell_lateness()
+{
+    const std::uint64_t late = simulator_->late();
+    if (late == 0 || late < 2 * late_told_)
+        return;
+    late_told_ = late;
+    fmt::print(stderr, "sinew sim: this machine cannot keep pace: {} {} answered more than 10 ms late\n", late,
+               late == 1 ? "request was" : "requests were");
+}
+
+std::expected<std::string, Error> ask_simulator(std::optional<std::int64_t> pid, std::string_view line)
+{
+    auto all = running();
+    std::vector<std::string_view> pids;
+    for (const Running& one : all)
+        pids.push_back(one.pid);
+    if (all.empty())
+        return fail(Errc::link_not_found, "no simulator is running; start one with: sinew sim");
+    if (!pid && all.size() > 1)
+        return fail(Errc::bad_argument, fmt::format("{} simulators are running; say which with --pid: {}", all.size(),
+                                                    fmt::join(pids, ", ")));
+    const auto found = pid ? std::ranges::find(all, std::to_string(*pid), &Running::pid) : all.begin();
+    if (found == all.end())
+        return fail(Errc::link_not_found,
+                    fmt::format("no simulator has the process id {}; there are: {}", *pid, fmt::join(pids, ", ")));
+    if (::send(found->fd.get(), line.data(), line.size(), MSG_NOSIGNAL) < 0)
+        return fail(Errc::link_lost, "the simulator ended");
+    const timeval patience{.tv_sec = 2, .tv_usec = 0};
+    ::setsockopt(found->fd.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    std::string reply(longest, '\0');
+    const ssize_t size = ::recv(found->fd.get(), reply.data(), reply.size(), 0);
+    if (size <= 0)
+        return fail(Errc::timeout, "the simulator gave no answer within 2 s");
+    reply.resize(static_cast<std::size_t>(size));
+    if (reply.front() == bad)
+        return fail(Errc::bad_argument, reply.substr(1));
+    return reply.substr(1);
+}
+
+} // namespace sinew::cli
