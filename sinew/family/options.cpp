@@ -25,6 +25,8 @@ constexpr Word<BoundaryStorage> boundary_storages[] = {{"separate", BoundaryStor
 constexpr Word<OverloadResume> overload_resumes[] = {{"auto", OverloadResume::automatic},
                                                      {"stay_passive", OverloadResume::stay_passive}};
 constexpr Word<MotionWrap> motion_wraps[] = {{"loop", MotionWrap::loop}, {"stop", MotionWrap::stop}};
+constexpr Word<MotionRepeat> motion_repeats[] = {{"total", MotionRepeat::total},
+                                                 {"additional", MotionRepeat::additional}};
 constexpr Word<BaudSwitch> baud_switches[] = {{"after_reply", BaudSwitch::after_reply},
                                               {"at_power_on", BaudSwitch::at_power_on}};
 constexpr Word<DriveModeReply> drive_mode_replies[] = {{"new_level", DriveModeReply::new_level},
@@ -55,12 +57,14 @@ constexpr Option<DeviceOptions> device_table[] = {
                                                                 "separate, shared_raw or shared_angle"),
     choice<&DeviceOptions::overload_resume, overload_resumes>("overload_resume", "auto or stay_passive"),
     choice<&DeviceOptions::motion_wrap, motion_wraps>("motion_wrap", "loop or stop"),
+    choice<&DeviceOptions::motion_repeat, motion_repeats>("motion_repeat", "total or additional"),
     choice<&DeviceOptions::baud_switch, baud_switches>("baud_switch", "after_reply or at_power_on"),
     choice<&DeviceOptions::drive_mode_reply, drive_mode_replies>("drive_mode_reply", "new_level or old_level"),
     number<&DeviceOptions::fixed_overload_a, 0.0, 100.0>("fixed_overload_a", "amperes, 0 to 100; 0 for never"),
     whole<&DeviceOptions::flash_writes_max, 0, 1'000'000'000>("flash_writes_max", "a count; 0 for no end"),
     number<&DeviceOptions::supply_v, 0.0, 100.0>("supply_v", supply_says),
     number<&DeviceOptions::temperature_c, -40.0, 150.0>("temperature_c", temperature_says),
+    number<&DeviceOptions::external_v, 0.0, external_max_v>("external_v", "volts, 0 to 5.5"),
     number<&DeviceOptions::start_rad, -any_turn_rad, any_turn_rad>("start_rad", start_says),
 };
 

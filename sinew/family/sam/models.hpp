@@ -62,6 +62,7 @@ struct Model {
 inline constexpr int boundary_centre = 127;
 /// Input of the external port, encoder class (L484-486).
 inline constexpr double external_v_per_ad = 0.001343;
+inline constexpr double external_max_v = 5.5;
 /// Every device stops when its inside is this hot (L714).
 inline constexpr double overheat_c = 65.0;
 
@@ -126,6 +127,7 @@ std::span<const Profile> profiles();
 enum class BoundaryStorage : std::uint8_t { separate, shared_raw, shared_angle };
 enum class OverloadResume : std::uint8_t { automatic, stay_passive };
 enum class MotionWrap : std::uint8_t { loop, stop };
+enum class MotionRepeat : std::uint8_t { total, additional };
 enum class BaudSwitch : std::uint8_t { after_reply, at_power_on };
 enum class DriveModeReply : std::uint8_t { new_level, old_level };
 
@@ -142,12 +144,14 @@ struct DeviceOptions {
     BoundaryStorage boundary_storage = BoundaryStorage::separate; ///< S61
     OverloadResume overload_resume = OverloadResume::automatic;   ///< S44; in the file "auto"
     MotionWrap motion_wrap = MotionWrap::loop;                    ///< S65
+    MotionRepeat motion_repeat = MotionRepeat::total;             ///< S64: what the count of a repeat counts
     BaudSwitch baud_switch = BaudSwitch::after_reply;             ///< S70
     DriveModeReply drive_mode_reply = DriveModeReply::new_level;  ///< S45
     double fixed_overload_a = 1.8; ///< S69: above it for more than 1 s the device goes passive for 5 s; 0 never
     int flash_writes_max = 0;      ///< stores nothing after so many writes; 0: never wears out (L310 says 10 000)
     double supply_v = 0.0;         ///< 0: the rated voltage of the model
     double temperature_c = 25.0;   ///< at power-on
+    double external_v = 0.0;       ///< at the AD input of the external port, encoder class
     double start_rad = 0.0;        ///< where the shaft stands at power-on
 };
 

@@ -6,6 +6,8 @@
 namespace sinew::sim {
 namespace {
 
+constexpr std::uint32_t factory_bit_rate = 1'500'000; // L273
+
 constexpr auto all_services = services<SamDevice>(sam::ManualMessages{});
 
 const Family& family()
@@ -28,7 +30,8 @@ SamSettings delivered(const sam::Spec& spec)
 
 SamDevice::SamDevice(const sam::Spec& spec, const PlantParameters& plant)
     : Device(plant, spec.device.start_rad), spec_(spec), options_(spec.profile.options()),
-      stored_(delivered(spec), spec.device.flash_writes_max), motion_(spec, plant_), bit_rate_(spec.device.bit_rate)
+      stored_(delivered(spec), spec.device.flash_writes_max), motion_(spec, plant_),
+      external_v_(spec.device.external_v), bit_rate_(spec.device.bit_rate)
 {
     plant_.heat_to(spec.device.temperature_c);
 }
@@ -41,11 +44,22 @@ void SamDevice::power_on()
     bit_rate_ = stored_.used.bit_rate;
     motion_.reverse(stored_.used.reverse && spec_.device.reverse_works);
     motion_.power_on();
+    protection_.power_on();
+    program_.start(stored_.used.motion, stored_.used.motion_count, spec_.device);
 }
 
 void SamDevice::control()
 {
-    motion_.control();
+    const SamProtection::Limits limits{.overload_a = stored_.used.overload * spec_.model->current_a_per_ad12,
+                                       .fixed_a = spec_.device.fixed_overload_a};
+    const bool tripped = protection_.control(plant_.current_a(), plant_.case_c(), motion_.is_driving(), limits);
+    if (tripped && spec_.device.overload_resume == sam::OverloadResume::stay_passive) {
+        program_.stop();
+        motion_.passive();
+    }
+    run_program();
+    const bool too_hot = protection_.is_hot() && motion_.mode() == sam::Mode::position; // L714
+    motion_.control(!too_hot && !protection_.is_passive(), registers_.gains);
 }
 
 const wire::Protocol& SamDevice::protocol() const
@@ -55,7 +69,17 @@ const wire::Protocol& SamDevice::protocol() const
 
 void SamDevice::tell(Look& look) const
 {
-    look.mode = to_word(motion_.mode());
+    look.mode = to_word(protection_.is_passive() ? sam::Mode::passive : motion_.mode());
+    look.faults = protection_.faults();
+}
+
+void SamDevice::press_reset(Duration held)
+{
+    if (!is_on() || !spec_.model->encoder || held < std::chrono::seconds{5})
+        return;
+    stored_.used.id = 0;
+    stored_.used.bit_rate = bit_rate_ = factory_bit_rate;
+    stored_.keep();
 }
 
 std::optional<Answer> SamDevice::hear(const wire::Frame& request, TimePoint at)

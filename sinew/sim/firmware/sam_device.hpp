@@ -3,6 +3,8 @@
 #include "sinew/sim/firmware/device.hpp"
 #include "sinew/sim/firmware/dispatch.hpp"
 #include "sinew/sim/firmware/sam_motion.hpp"
+#include "sinew/sim/firmware/sam_program.hpp"
+#include "sinew/sim/firmware/sam_protection.hpp"
 #include "sinew/sim/firmware/sam_settings.hpp"
 #include "sinew/sim/firmware/stored.hpp"
 
@@ -26,6 +28,13 @@ public:
 
     std::uint32_t flash_writes() const override { return stored_.writes(); }
     const SamSettings& settings() const { return stored_.used; }
+
+    /// What its LEDs show and its digital outputs put out; the protections have the LEDs too.
+    sam::ExternalPort port() const;
+    /// What stands at the AD input of its external port, 0 … 5.5 V.
+    void set_external(double voltage_v);
+    /// The switch inside. Held for 5 s it takes an encoder model back to ID 0 and 1.5 Mbps (L273, S48).
+    void press_reset(Duration held);
 
     template <class M>
     std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
@@ -101,6 +110,10 @@ private:
     Handled<sam::ReadMotionData> handle(const sam::ReadMotionData&);
 
     bool answers(const wire::MessageInfo& message, int response_level) const;
+    void run_program();
+    void perform(const SamProgram::Action& action);
+    void quick_go_to(int torque_level, int target);
+    std::uint16_t raw_external() const;
     bool set_baud_code(int code);
     bool set_boundary(bool quick, int lower, int upper);
     std::uint8_t quick_position() const;
@@ -110,7 +123,12 @@ private:
     Stored<SamSettings> stored_;
     SamRegisters registers_;
     SamMotion motion_;
+    SamProtection protection_;
+    SamProgram program_;
+    double external_v_;
     std::uint32_t bit_rate_;
 };
+
+static_assert(sizeof(SamDevice) < 1536, "thousands of them fit into a cache");
 
 } // namespace sinew::sim

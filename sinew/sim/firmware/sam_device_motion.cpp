@@ -5,6 +5,9 @@
 namespace sinew::sim {
 namespace {
 
+constexpr int weakest_level = 4;  // L392
+constexpr int fastest_quick = 15; // L412
+
 // L412: 1 is 15 % and 15 is 50 %; GUESS (S42): linear between.
 double quick_duty(int speed)
 {
@@ -25,7 +28,7 @@ int torque_of_level(int level)
 
 } // namespace
 
-// ---- commands that move ----
+// ---- commands that move; they suspend the program (GUESS, A.14 5) until power-on or another program ----
 
 std::uint8_t SamDevice::quick_position() const
 {
@@ -35,15 +38,22 @@ std::uint8_t SamDevice::quick_position() const
 Handled<sam::QuickPositionControl> SamDevice::handle(const sam::QuickPositionControl& m)
 {
     const sam::QuickState before{motion_.raw_quick_load(), quick_position()};
-    const int torque = std::min<int>(torque_of_level(m.torque_level), stored_.used.avg_torque);
-    motion_.go_to(m.target_position, spec_.model->quick, stored_.used.quick_boundary, spec_.model->quick.deg_per_unit,
-                  torque, registers_);
+    program_.stop();
+    quick_go_to(m.torque_level, m.target_position);
     return before;
+}
+
+void SamDevice::quick_go_to(int torque_level, int target)
+{
+    const int torque = std::min<int>(torque_of_level(torque_level), stored_.used.avg_torque);
+    motion_.go_to(target, spec_.model->quick, stored_.used.quick_boundary, spec_.model->quick.deg_per_unit, torque,
+                  registers_);
 }
 
 Handled<sam::PositionControl> SamDevice::handle(const sam::PositionControl& m)
 {
     const sam::Position before{static_cast<std::uint16_t>(motion_.raw_position(spec_.model->standard))};
+    program_.stop();
     motion_.go_to(m.target_position, spec_.model->standard, stored_.used.standard_boundary,
                   spec_.model->boundary_deg_per_unit, stored_.used.avg_torque, registers_);
     return before;
@@ -52,6 +62,7 @@ Handled<sam::PositionControl> SamDevice::handle(const sam::PositionControl& m)
 Handled<sam::PrecisePositionControl> SamDevice::handle(const sam::PrecisePositionControl& m)
 {
     const sam::PrecisePosition before{static_cast<std::uint32_t>(motion_.raw_position(*spec_.model->precise))};
+    program_.stop();
     motion_.go_to(m.target_position, *spec_.model->precise, stored_.used.standard_boundary,
                   spec_.model->boundary_deg_per_unit, stored_.used.avg_torque, registers_);
     return before;
@@ -59,6 +70,7 @@ Handled<sam::PrecisePositionControl> SamDevice::handle(const sam::PrecisePositio
 
 Handled<sam::QuickPassiveMode> SamDevice::handle(const sam::QuickPassiveMode&)
 {
+    program_.stop();
     motion_.passive();
     return sam::Identity{stored_.used.id};
 }
@@ -68,6 +80,7 @@ Handled<sam::QuickWheelMode> SamDevice::handle(const sam::QuickWheelMode& m)
     const sam::QuickTurns before = spec_.profile.wheel_reply == sam::WheelReply::id_id
                                        ? sam::QuickTurns{stored_.used.id, stored_.used.id}
                                        : sam::QuickTurns{motion_.turns(), quick_position()};
+    program_.stop();
     const double duty = quick_duty(m.speed);
     motion_.wheel(m.direction == sam::QuickSpin::clockwise ? duty : -duty);
     return before;
@@ -76,12 +89,14 @@ Handled<sam::QuickWheelMode> SamDevice::handle(const sam::QuickWheelMode& m)
 Handled<sam::QuickBrakeMode> SamDevice::handle(const sam::QuickBrakeMode&)
 {
     const sam::QuickBrakeState before{stored_.used.id, quick_position()};
+    program_.stop();
     motion_.brake();
     return before;
 }
 
 Handled<sam::SpecialControl> SamDevice::handle(const sam::SpecialControl& m)
 {
+    program_.stop();
     switch (m.mode) {
     case sam::Mode::position:
         motion_.hold();
@@ -104,6 +119,45 @@ Handled<sam::OffsetControl> SamDevice::handle(const sam::OffsetControl& m)
     if (spec_.device.offset_control_works)
         motion_.offset(m.offset_control == 1);
     return sam::Offset{m.offset_control};
+}
+
+// ---- the program of its own ----
+
+void SamDevice::run_program()
+{
+    if (!program_.is_running())
+        return;
+    program_.tick_begins();
+    const SamProgram::Senses senses{.position = quick_position(), .ad = raw_external() >> 4};
+    while (const auto action = program_.next(senses))
+        perform(*action);
+}
+
+void SamDevice::perform(const SamProgram::Action& action)
+{
+    switch (action.instruction) {
+    case SamProgram::Instruction::position:
+        quick_go_to(std::min<int>(action.sub, weakest_level), action.data);
+        break;
+    case SamProgram::Instruction::outputs: // GUESS (S64f): the first output is bit 0
+        registers_.port.do1 = (action.data & 1) != 0;
+        registers_.port.do2 = (action.data & 2) != 0;
+        break;
+    case SamProgram::Instruction::special: {
+        const double duty = quick_duty(std::min<int>(action.data, fastest_quick));
+        if (action.sub == 1)
+            motion_.passive();
+        else if (action.sub == 2)
+            motion_.brake();
+        else if (action.sub == static_cast<int>(sam::QuickSpin::counter_clockwise))
+            motion_.wheel(-duty);
+        else if (action.sub == static_cast<int>(sam::QuickSpin::clockwise))
+            motion_.wheel(duty);
+        break;
+    }
+    default:
+        break;
+    }
 }
 
 // ---- read-outs ----
@@ -145,7 +199,7 @@ Handled<sam::ReadInputVoltage> SamDevice::handle(const sam::ReadInputVoltage&)
 
 Handled<sam::ReadTemperatureError> SamDevice::handle(const sam::ReadTemperatureError&)
 {
-    return sam::TemperatureError{std::uint8_t{motion_.too_hot()}};
+    return sam::TemperatureError{std::uint8_t{protection_.is_hot()}};
 }
 
 } // namespace sinew::sim

@@ -1,6 +1,7 @@
 #include "sinew/sim/firmware/sam_device.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sinew::sim {
 
@@ -184,21 +185,42 @@ Handled<sam::QuickWriteExternalPort> SamDevice::handle(const sam::QuickWriteExte
     return handle(sam::WriteExternalPort{m.led_red, m.led_blue, m.do1, m.do2});
 }
 
-// Nothing is connected to the input.
+sam::ExternalPort SamDevice::port() const
+{
+    if (!is_on())
+        return {};
+    sam::ExternalPort out = registers_.port;
+    out.led_red |= protection_.red_led();
+    out.led_blue |= protection_.blue_led();
+    return out;
+}
+
+void SamDevice::set_external(double voltage_v)
+{
+    external_v_ = std::clamp(voltage_v, 0.0, sam::external_max_v);
+}
+
+std::uint16_t SamDevice::raw_external() const
+{
+    return static_cast<std::uint16_t>(std::min(std::lround(external_v_ / sam::external_v_per_ad), 4095L));
+}
+
 Handled<sam::ReadExternalAd> SamDevice::handle(const sam::ReadExternalAd&)
 {
-    return sam::ExternalAd{0};
+    return sam::ExternalAd{raw_external()};
 }
 
 Handled<sam::QuickReadExternalAd> SamDevice::handle(const sam::QuickReadExternalAd&)
 {
-    return sam::ExternalAd{0};
+    return sam::ExternalAd{raw_external()};
 }
 
+// GUESS (A.14 5): it runs at once.
 Handled<sam::WriteMotionData> SamDevice::handle(const sam::WriteMotionData& m)
 {
     stored_.used.motion_count = m.motion_count;
     stored_.used.motion = m.instructions;
+    program_.start(stored_.used.motion, stored_.used.motion_count, spec_.device);
     return sam::MotionCount{m.motion_count};
 }
 

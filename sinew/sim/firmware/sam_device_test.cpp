@@ -3,6 +3,7 @@
 #include "sinew/base/units.hpp"
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/ratings.hpp"
+#include "tests/support/covers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +14,7 @@ namespace sinew::sim {
 namespace {
 
 using namespace std::chrono_literals;
+using test::covers;
 using SamBench = Bench<SamDevice>;
 
 sam::Spec spec_of(std::string_view model, int response_level = 1)
@@ -43,6 +45,9 @@ bool answered(std::string_view model, const wire::MessageInfo& message, int leve
 
 TEST(SamDevice, AnswersEveryMessageAtLevelOneReadsOnlyAtLevelZeroAndNothingAtLevelTwo)
 {
+    covers("A.2 1");
+    covers("A.2 2");
+    covers("A.2 3");
     ASSERT_EQ(sam::manual_messages.size(), 57U);
     for (const auto* message : sam::manual_messages) {
         EXPECT_TRUE(answered("SAM-160", *message, 1)) << message->name();
@@ -59,6 +64,7 @@ TEST(SamDevice, OfAPotentiometerModelIsSilentAboutMessagesOfTheEncoderClass)
 
 TEST(SamDevice, HearsOnlyItsOwnId)
 {
+    covers("A.1 4");
     SamBench bench(spec_of("SAM-20"));
     EXPECT_TRUE(bench.send(5, sam::Ping{}));
     EXPECT_FALSE(bench.send(4, sam::Ping{}));
@@ -68,6 +74,8 @@ TEST(SamDevice, HearsOnlyItsOwnId)
 
 TEST(SamDevice, IgnoresAWrongChecksumAndAValueThatDiffersFromItsRepeat)
 {
+    covers("A.1 1");
+    covers("A.1 9");
     SamBench bench(spec_of("SAM-20"));
     auto frame = *wire::encode_request(5, sam::SetIGain{.i_gain = 9});
     frame.data[6] ^= 1;
@@ -83,6 +91,7 @@ TEST(SamDevice, IgnoresAWrongChecksumAndAValueThatDiffersFromItsRepeat)
 
 TEST(SamDevice, AnswersSetDriveModeByTheNewLevel)
 {
+    covers("A.2 5");
     SamBench bench(spec_of("SAM-20", 0));
     EXPECT_TRUE(bench.send(sam::SetDriveMode{.response_level = 1}));
     EXPECT_FALSE(bench.send(sam::SetDriveMode{.response_level = 2}));
@@ -101,6 +110,7 @@ TEST(SamDevice, AnswersSetDriveModeByTheOldLevelWhenBuiltSo)
 
 TEST(SamDevice, TakesPingForACommandWhenTheProfileSaysSo)
 {
+    covers("A.2 3");
     auto spec = spec_of("SAM-20", 0);
     spec.profile.ping_is_read = false;
     SamBench bench(spec);
@@ -109,6 +119,7 @@ TEST(SamDevice, TakesPingForACommandWhenTheProfileSaysSo)
 
 TEST(SamDevice, BrakesOnTheBroadcastAndSaysNothingUnlessBuiltToAnswer)
 {
+    covers("A.6 2");
     auto spec = spec_of("SAM-20");
     SamBench silent(spec);
     EXPECT_FALSE(silent.send(31, sam::QuickBrakeMode{}));
@@ -122,6 +133,11 @@ TEST(SamDevice, BrakesOnTheBroadcastAndSaysNothingUnlessBuiltToAnswer)
 
 TEST(SamDevice, KeepsFlashSettingsAndForgetsRunTimeOnesAtPowerOff)
 {
+    covers("A.9 1");
+    covers("A.9 2");
+    covers("A.9 3");
+    covers("A.4 1");
+    covers("A.8 3");
     SamBench bench(spec_of("SAM-160"));
     bench.ask(sam::SetPdGain{.p_gain = 11, .d_gain = 12});
     bench.ask(sam::SetIGain{.i_gain = 13});
@@ -153,6 +169,7 @@ TEST(SamDevice, KeepsFlashSettingsAndForgetsRunTimeOnesAtPowerOff)
 
 TEST(SamDevice, CountsItsFlashWritesAndStoresNothingWhenItsFlashIsWornOut)
 {
+    covers("A.10 1");
     auto spec = spec_of("SAM-20");
     spec.device.flash_writes_max = 2;
     SamBench bench(spec);
@@ -166,6 +183,8 @@ TEST(SamDevice, CountsItsFlashWritesAndStoresNothingWhenItsFlashIsWornOut)
 
 TEST(SamDevice, TakesAnotherIdAtOnce)
 {
+    covers("A.11 1");
+    covers("A.11 2");
     SamBench bench(spec_of("SAM-20"));
     EXPECT_EQ(bench.ask(sam::SetId{.new_id = 200}).new_id, 200);
     EXPECT_EQ(bench.device.id(), 200);
@@ -177,14 +196,13 @@ TEST(SamDevice, TakesAnotherIdAtOnce)
 
 TEST(SamDevice, SwitchesItsBitRateAfterTheReplyIsOut)
 {
+    covers("A.11 2");
     SamBench bench(spec_of("SAM-20"));
     const auto answer = bench.send(sam::SetBaudRate{.baud_code = 5});
     ASSERT_TRUE(answer);
     EXPECT_EQ(bench.device.bit_rate(), 1'500'000U);
-    const Duration reply_out = answer->delay + bit_time(20, 1'500'000);
-    bench.run(reply_out - 1ns);
     EXPECT_EQ(bench.device.bit_rate(), 1'500'000U);
-    bench.run(1ns);
+    bench.device.answered(bench.now);
     EXPECT_EQ(bench.device.bit_rate(), 115'200U);
 }
 
@@ -202,6 +220,7 @@ TEST(SamDevice, SwitchesItsBitRateAtPowerOnWhenBuiltSo)
 
 TEST(SamDevice, TellsItsModelNumber)
 {
+    covers("A.13 5");
     for (const sam::Model& model : sam::models()) {
         SamBench bench(spec_of(model.name));
         EXPECT_EQ(bench.ask(sam::ReadFirmwareVersion{}).model_number, model.number);
@@ -210,6 +229,7 @@ TEST(SamDevice, TellsItsModelNumber)
 
 TEST(SamDevice, AcceptsBoundariesInBothOrdersAndNoEmptyRange)
 {
+    covers("A.4 1");
     SamBench bench(spec_of("SAM-20"));
     EXPECT_EQ(bench.ask(sam::QuickSetBoundary{.upper_boundary = 44, .lower_boundary = 210}).upper_boundary, 44);
     EXPECT_EQ(bench.ask(sam::QuickReadBoundary{}).upper_boundary, 210);
@@ -219,6 +239,7 @@ TEST(SamDevice, AcceptsBoundariesInBothOrdersAndNoEmptyRange)
 
 TEST(SamDevice, SharesItsBoundariesBetweenTheCoordinatesWhenBuiltSo)
 {
+    covers("A.4 3");
     auto spec = spec_of("SAM-160");
     spec.device.boundary_storage = sam::BoundaryStorage::shared_raw;
     SamBench raw(spec);
@@ -232,17 +253,135 @@ TEST(SamDevice, SharesItsBoundariesBetweenTheCoordinatesWhenBuiltSo)
 
 TEST(SamDevice, ReadsItsSupplyAndTemperature)
 {
+    covers("A.13 4");
     auto spec = spec_of("SAM-160");
     spec.device.supply_v = 20.0;
     SamBench cool(spec);
     EXPECT_EQ(cool.ask(sam::ReadInputVoltage{}).input_voltage, std::lround((20.0 - 0.65) / 0.00886));
     EXPECT_EQ(cool.ask(sam::ReadTemperatureError{}).temp_error, 0);
-    spec.device.temperature_c = 65.0;
-    SamBench hot(spec);
-    EXPECT_EQ(hot.ask(sam::ReadTemperatureError{}).temp_error, 1);
-    hot.ask(sam::PositionControl{.target_position = 20000});
-    hot.run(1s);
-    EXPECT_EQ(hot.ask(sam::ReadCurrentPosition{}).position, 14504);
+}
+
+TEST(SamDevice, WorksAtTheRateOfEveryBaudCode)
+{
+    covers("A.1 7");
+    constexpr std::uint32_t rates[] = {2'000'000, 1'500'000, 1'000'000, 500'000, 230'400,
+                                       115'200,   57'600,    38'400,    9600,    4800};
+    SamBench bench(spec_of("SAM-20"));
+    EXPECT_EQ(bench.device.bit_rate(), 1'500'000U);
+    for (std::uint8_t code = 0; code < std::size(rates); ++code) {
+        EXPECT_EQ(bench.ask(sam::SetBaudRate{.baud_code = code}).new_baud_code, code);
+        bench.device.answered(bench.now);
+        EXPECT_EQ(bench.device.bit_rate(), rates[code]);
+    }
+}
+
+TEST(SamDevice, ComesOutOfTheFactoryWithIdZeroAndOnePointFiveMegabits)
+{
+    covers("A.11 1");
+    const SamSettings factory;
+    EXPECT_EQ(factory.id, 0);
+    EXPECT_EQ(factory.bit_rate, 1'500'000U);
+    EXPECT_EQ(factory.response_level, 0);
+}
+
+TEST(SamDevice, TakesElevenForARunTimeIGainUnlessItIsStrict)
+{
+    covers("A.9 4");
+    auto spec = spec_of("SAM-20");
+    EXPECT_TRUE(SamBench(spec).send(sam::SetRuntimeIGain{.i_gain = 11}));
+    spec.profile.i_gain_strict = true;
+    SamBench strict(spec);
+    EXPECT_TRUE(strict.send(sam::SetRuntimeIGain{.i_gain = 10}));
+    EXPECT_FALSE(strict.send(sam::SetRuntimeIGain{.i_gain = 11}));
+    EXPECT_EQ(strict.ask(sam::ReadIGain{}).i_gain, 10);
+}
+
+TEST(SamDevice, OfTheEncoderClassGoesBackToIdZeroByTheSwitchInside)
+{
+    covers("A.11 3");
+    for (const bool encoder : {true, false}) {
+        SamBench bench(spec_of(encoder ? "SAM-160" : "SAM-20"));
+        bench.send(sam::SetBaudRate{.baud_code = 5});
+        bench.device.answered(bench.now);
+        bench.device.press_reset(4900ms);
+        EXPECT_EQ(bench.device.id(), 5);
+        bench.device.press_reset(5s);
+        bench.device.power_cycle();
+        EXPECT_EQ(bench.device.id(), encoder ? 0 : 5);
+        EXPECT_EQ(bench.device.bit_rate(), encoder ? 1'500'000U : 115'200U);
+    }
+}
+
+TEST(SamDevice, PutsOutWhatTheExternalPortIsToldUntilPowerOff)
+{
+    covers("A.12 2");
+    covers("A.12 3");
+    covers("A.12 5");
+    SamBench bench(spec_of("SAM-160"));
+    EXPECT_FALSE(bench.device.port().do1);
+    bench.ask(sam::WriteExternalPort{.led_red = true, .do2 = true});
+    EXPECT_TRUE(bench.device.port().led_red);
+    EXPECT_FALSE(bench.device.port().led_blue);
+    EXPECT_FALSE(bench.device.port().do1);
+    EXPECT_TRUE(bench.device.port().do2);
+    bench.device.power_cycle();
+    EXPECT_FALSE(bench.device.port().led_red);
+    EXPECT_FALSE(bench.device.port().do2);
+}
+
+TEST(SamDevice, ReadsTheVoltageAtItsExternalPort)
+{
+    covers("A.12 1");
+    auto spec = spec_of("SAM-160");
+    spec.device.external_v = 3.3;
+    SamBench bench(spec);
+    EXPECT_EQ(bench.ask(sam::ReadExternalAd{}).external_ad, 2457); // 3.3 V / 0.001343 V
+    bench.device.set_external(9.0);
+    EXPECT_EQ(bench.ask(sam::QuickReadExternalAd{}).external_ad, 4095);
+    bench.device.set_external(0.0);
+    EXPECT_EQ(bench.ask(sam::ReadExternalAd{}).external_ad, 0);
+}
+
+// ---- bytes ----
+
+TEST(SamDevice, TakesRequestsOfTheSizesOfTheManualAndAnswersWithBareBytes)
+{
+    covers("A.1 2");
+    covers("A.1 3");
+    covers("A.1 6");
+    const wire::Options options = spec_of("SAM-160").profile.options();
+    for (const auto* message : sam::manual_messages) {
+        SamBench bench(spec_of("SAM-160"));
+        const auto frame =
+            wire::encode(*message, wire::Direction::request, 5, sample_values(*message, options), options);
+        ASSERT_TRUE(frame) << message->name();
+        const std::string_view name = message->name();
+        const bool precise = name.find("precise") != std::string_view::npos;
+        const int size = frame->data[1] < 0xE0 ? 4 : frame->data[2] < 0xA0 ? 6 : precise ? 8 : 7;
+        if (!name.ends_with("write-motion-data")) {
+            EXPECT_EQ(frame->size, size) << name;
+        }
+        EXPECT_EQ(frame->data[0], 0xFF) << name;
+        for (std::size_t i = 1; i < frame->size; ++i)
+            EXPECT_NE(frame->data[i], 0xFF) << name;
+        const auto answer = bench.device.hear(*frame, bench.now);
+        if (name == "set-drive-mode") // the sample is level 0, which has no answer
+            continue;
+        ASSERT_TRUE(answer) << name;
+        EXPECT_EQ(answer->frame.size, precise ? 3 : 2) << name;
+    }
+}
+
+TEST(SamDevice, OfIdZeroTellsQuickSetFromStandardCommandsByTheirOpcode)
+{
+    covers("A.1 5");
+    auto spec = spec_of("SAM-20");
+    spec.id = 0;
+    SamBench bench(spec);
+    EXPECT_TRUE(bench.send(0, sam::QuickSetRuntimePdGain{.p_gain = 31, .d_gain = 32}));
+    EXPECT_EQ(bench.ask(sam::ReadPdGain{}).p_gain, 31);
+    EXPECT_TRUE(bench.send(0, sam::SetRuntimePdGain{.p_gain = 41, .d_gain = 42}));
+    EXPECT_EQ(bench.ask(sam::ReadPdGain{}).p_gain, 41);
 }
 
 } // namespace

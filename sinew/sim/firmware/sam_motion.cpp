@@ -31,7 +31,7 @@ double boundary_rad(int raw, double deg_per_unit)
 
 SamMotion::SamMotion(const sam::Spec& spec, Plant& plant)
     : model_(spec.model), clockwise_positive_(spec.profile.clockwise_positive), plant_(plant),
-      servo_(plant, supply_v(spec))
+      rating_(rating_of(plant.parameters(), supply_v(spec)))
 {
     past_.fill(plant_.position_rad());
 }
@@ -39,68 +39,98 @@ SamMotion::SamMotion(const sam::Spec& spec, Plant& plant)
 void SamMotion::power_on()
 {
     offset_rad_ = 0.0;
+    did_drive_ = false;
+    past_.fill(plant_.position_rad());
     passive();
 }
 
-void SamMotion::control()
+void SamMotion::control(bool may_drive, const SamGains& gains)
 {
     now_ = (now_ + 1) % past_.size();
     past_[now_] = plant_.position_rad();
-    if (too_hot() && mode_ == sam::Mode::position)
-        servo_.release(); // L714
-    servo_.control();
+    if (drive_ == Drive::braked)
+        plant_.short_circuit();
+    else if (drive_ == Drive::wheel && may_drive)
+        plant_.drive_duty(wheel_duty_);
+    else if (drive_ == Drive::position && may_drive)
+        plant_.drive_duty(position_duty(gains));
+    else
+        plant_.open();
+    did_drive_ = drive_ == Drive::position && may_drive;
+}
+
+double SamMotion::position_duty(const SamGains& gains)
+{
+    if (!did_drive_) {
+        loop_.begin(past_[(now_ + past_.size() - 1) % past_.size()]);
+        trajectory_.start(plant_.position_rad(), plant_.velocity_rad_s());
+    }
+    if (!is_planned_)
+        return loop_.duty(target_rad_, 0.0, plant_.position_rad(), gains, duty_limit_);
+    trajectory_.step();
+    return loop_.duty(trajectory_.position_rad(), trajectory_.velocity_rad_s(), plant_.position_rad(), gains,
+                      duty_limit_);
 }
 
 void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary,
                       double boundary_deg_per_unit, int torque, const SamRegisters& registers)
 {
-    mode_ = sam::Mode::position;
     const double inside =
         std::clamp(raw, static_cast<double>(scale.control.low), static_cast<double>(scale.control.high));
     const double target = std::clamp(scale.rad(inside), boundary_rad(boundary.lower, boundary_deg_per_unit),
                                      boundary_rad(boundary.upper, boundary_deg_per_unit));
     if (registers.ctrl_torque != 0)
         torque = std::min<int>(torque, registers.ctrl_torque);
-    if (torque == 0) { // "the torque does not move" (L668)
-        servo_.release();
-        return;
-    }
-    const Rating& rating = servo_.rating();
-    double velocity = rating.velocity_max_rad_s;
+    duty_limit_ = std::min(torque, full_torque) / static_cast<double>(full_torque);
+    // The sensor knows no turns: the way is that between the two angles it can tell apart.
+    to(plant_.position_rad() + sense() * (target - angle_rad()), registers);
+    mode_ = sam::Mode::position;
+    drive_ = torque == 0 ? Drive::released : Drive::position; // "the torque does not move" (L668)
+}
+
+void SamMotion::to(double target_rad, const SamRegisters& registers)
+{
+    const bool planned = registers.ctrl_speed != 0 || registers.ctrl_accel != 0 || registers.ctrl_decel != 0;
+    if (planned && !is_planned())
+        trajectory_.start(plant_.position_rad(), plant_.velocity_rad_s());
+    is_planned_ = planned;
+    target_rad_ = target_rad;
+    double velocity = rating_.velocity_max_rad_s;
     if (registers.ctrl_speed != 0)
-        velocity = units::rad(registers.ctrl_speed * model_->speed_deg_s_per_unit);
-    double acceleration = rating.acceleration_max_rad_s2 * std::min(torque, full_torque) / full_torque;
+        velocity = std::min(velocity, units::rad(registers.ctrl_speed * model_->speed_deg_s_per_unit));
+    double acceleration = rating_.acceleration_max_rad_s2;
     for (const int limit : {registers.ctrl_accel, registers.ctrl_decel})
         if (limit != 0)
             acceleration = std::min(acceleration, units::rad(limit * model_->accel_deg_s2_per_unit));
-    // The sensor knows no turns: the way is that between the two angles it can tell apart.
-    servo_.follow(plant_.position_rad() + sense() * (target - angle_rad()), velocity, acceleration);
+    trajectory_.follow(target_rad, velocity, acceleration * duty_limit_);
 }
 
 void SamMotion::hold()
 {
     mode_ = sam::Mode::position;
-    servo_.turn(0.0, servo_.rating().acceleration_max_rad_s2);
+    drive_ = Drive::position;
+    is_planned_ = false;
+    target_rad_ = plant_.position_rad();
+    duty_limit_ = 1.0;
 }
 
 void SamMotion::passive()
 {
     mode_ = sam::Mode::passive;
-    servo_.release();
+    drive_ = Drive::released;
 }
 
 void SamMotion::brake()
 {
     mode_ = sam::Mode::brake;
-    servo_.brake();
+    drive_ = Drive::braked;
 }
 
 void SamMotion::wheel(double duty)
 {
     mode_ = sam::Mode::wheel;
-    const double clockwise = clockwise_positive_ ? 1.0 : -1.0;
-    servo_.turn(sense() * clockwise * duty * servo_.rating().velocity_max_rad_s,
-                servo_.rating().acceleration_max_rad_s2);
+    drive_ = Drive::wheel;
+    wheel_duty_ = sense() * (clockwise_positive_ ? duty : -duty);
 }
 
 void SamMotion::reverse(bool on)
@@ -130,15 +160,16 @@ std::uint8_t SamMotion::turns() const
 
 std::int16_t SamMotion::raw_speed() const
 {
-    const auto steps = static_cast<std::size_t>(model_->speed_window / plant_step);
-    const double before = past_[(now_ + past_.size() - steps) % past_.size()];
+    const auto ticks = static_cast<std::size_t>(model_->speed_window / tick);
+    const double before = past_[(now_ + past_.size() + 1 - ticks) % past_.size()];
     const double speed = sense() * (plant_.position_rad() - before) / seconds(model_->speed_window);
     return static_cast<std::int16_t>(rounded(units::deg(speed) / model_->speed_deg_s_per_unit, 4095));
 }
 
 std::int16_t SamMotion::raw_acceleration() const
 {
-    const double acceleration = units::deg(sense() * plant_.acceleration_rad_s2());
+    const double onward = std::copysign(1.0, plant_.velocity_rad_s());
+    const double acceleration = units::deg(onward * plant_.acceleration_rad_s2());
     return static_cast<std::int16_t>(rounded(acceleration / model_->accel_deg_s2_per_unit, 1023));
 }
 
@@ -156,11 +187,6 @@ std::uint16_t SamMotion::raw_voltage(double supply_v) const
 {
     const double above = std::max(0.0, supply_v - model_->voltage_offset_v);
     return static_cast<std::uint16_t>(rounded(above / model_->voltage_v_per_ad, 4095));
-}
-
-bool SamMotion::too_hot() const
-{
-    return plant_.case_c() >= sam::overheat_c;
 }
 
 std::string_view to_word(sam::Mode mode)

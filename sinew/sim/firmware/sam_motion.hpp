@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/family/sam/models.hpp"
+#include "sinew/sim/firmware/sam_position_loop.hpp"
 #include "sinew/sim/firmware/sam_settings.hpp"
 #include "sinew/sim/firmware/servo.hpp"
 #include "sinew/sim/plant/plant.hpp"
@@ -18,12 +19,15 @@ class SamMotion
 public:
     SamMotion(const sam::Spec& spec, Plant& plant);
 
-    void control(); ///< once a tick, before the plant runs
+    /// Once a tick, before the plant runs. Not `may_drive`: the motor is let go, and takes up its mode again after.
+    void control(bool may_drive, const SamGains& gains);
+    bool is_driving() const { return drive_ == Drive::position || drive_ == Drive::wheel; }
     /// GUESS: without torque until the first command.
     void power_on();
 
     /// To a raw position of `scale`, limited to what `scale` and `boundary` allow, with a torque of 0 … 2000. GUESS:
-    /// leaves any other mode (S76). The registers of S36 limit speed and acceleration.
+    /// leaves any other mode (S76). The registers of S36 limit speed and acceleration where they are set; without them
+    /// the shaft is sent there at once.
     void go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary, double boundary_deg_per_unit,
                int torque, const SamRegisters& registers);
     void hold();
@@ -41,25 +45,36 @@ public:
     std::int64_t raw_position(const sam::PositionScale& scale) const;
     std::uint8_t turns() const; ///< GUESS (S27): full turns from the middle position, modulo 255
     std::int16_t raw_speed() const;
-    std::int16_t raw_acceleration() const;
-    std::uint16_t raw_load() const;      ///< 12 bit
-    std::uint8_t raw_quick_load() const; ///< 8 bit
+    std::int16_t raw_acceleration() const; ///< below 0: it slows down (L1737)
+    std::uint16_t raw_load() const;        ///< 12 bit
+    std::uint8_t raw_quick_load() const;   ///< 8 bit
     std::uint16_t raw_voltage(double supply_v) const;
-    bool too_hot() const;
-    const Rating& rating() const { return servo_.rating(); }
 
 private:
+    enum class Drive : std::uint8_t { released, braked, position, wheel };
+
+    void to(double target_rad, const SamRegisters& registers);
+    bool is_planned() const { return is_planned_ && drive_ == Drive::position; }
+    double position_duty(const SamGains& gains);
     double sense() const { return reverse_ ? -1.0 : 1.0; }
     double seen_rad() const { return sense() * plant_.position_rad() - offset_rad_; }
 
     const sam::Model* model_;
     bool clockwise_positive_;
     Plant& plant_;
-    Servo servo_;
+    Rating rating_;
+    SamPositionLoop loop_;
+    Trajectory trajectory_;
     sam::Mode mode_ = sam::Mode::passive;
+    Drive drive_ = Drive::released;
+    bool is_planned_ = false; ///< goes along the trajectory, not straight to the target
+    bool did_drive_ = false;  ///< in the last tick
     bool reverse_ = false;
     double offset_rad_ = 0.0;
-    std::array<double, 16> past_{}; ///< positions after the last steps
+    double target_rad_ = 0.0; ///< of the plant
+    double duty_limit_ = 1.0;
+    double wheel_duty_ = 0.0;
+    std::array<double, 16> past_{}; ///< positions before the last ticks
     std::size_t now_ = 0;
 };
 

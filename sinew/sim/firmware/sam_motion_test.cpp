@@ -2,6 +2,7 @@
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/ratings.hpp"
 #include "sinew/sim/firmware/sam_device.hpp"
+#include "tests/support/covers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,11 @@ namespace sinew::sim {
 namespace {
 
 using namespace std::chrono_literals;
+using test::covers;
 using SamBench = Bench<SamDevice>;
+
+/// Within which it takes an error for none; a precise unit of the largest model is 2.1e-5 rad.
+constexpr double near_rad = 2.5e-5;
 
 sam::Spec spec_of(std::string_view model)
 {
@@ -22,24 +27,27 @@ sam::Spec spec_of(std::string_view model)
 
 TEST(SamMotion, ReachesTheSameAngleByEveryCoordinateOfEveryModel)
 {
+    covers("A.3 2");
+    covers("A.3 3");
+    covers("A.3 7");
     for (const sam::Model& model : sam::models()) {
         SamBench bench(spec_of(model.name));
         const std::int64_t quarter = model.standard.centre + (model.standard.control.high - model.standard.centre) / 4;
         bench.ask(sam::PositionControl{.target_position = static_cast<std::uint16_t>(quarter)});
         bench.run(5s);
         EXPECT_EQ(bench.ask(sam::ReadCurrentPosition{}).position, quarter) << model.name;
-        EXPECT_NEAR(bench.device.look().position_rad, model.standard.rad(static_cast<double>(quarter)), 1e-12)
+        EXPECT_NEAR(bench.device.look().position_rad, model.standard.rad(static_cast<double>(quarter)), near_rad)
             << model.name;
 
         bench.ask(sam::QuickPositionControl{.torque_level = 0, .target_position = 200});
         bench.run(5s);
         EXPECT_EQ(bench.ask(sam::QuickReadStatus{}).position, 200) << model.name;
-        EXPECT_NEAR(bench.device.look().position_rad, units::rad(73 * 1.08), 1e-12) << model.name;
+        EXPECT_NEAR(bench.device.look().position_rad, units::rad(73 * 1.08), near_rad) << model.name;
         if (!model.precise)
             continue;
         bench.ask(sam::PrecisePositionControl{.target_position = 123'456});
         bench.run(5s);
-        EXPECT_EQ(bench.ask(sam::ReadPrecisePosition{}).position, 123'456U) << model.name;
+        EXPECT_NEAR(bench.ask(sam::ReadPrecisePosition{}).position, 123'456, 2) << model.name;
     }
 }
 
@@ -55,36 +63,46 @@ TEST(SamMotion, ArrivesWhenItsSpeedAndTorqueSay)
     bench.ask(sam::PositionControl{.target_position = 20'000});
 
     int steps = 0;
-    while (bench.device.look().position_rad != distance && ++steps < 10'000)
+    while (std::abs(bench.device.look().position_rad - distance) > 1e-3 && ++steps < 10'000)
         bench.run(1ms);
-    EXPECT_NEAR(steps, time_s * 1000.0, 1.0);
+    // A loop without I lags behind, and comes in with the time constant D / P of 70 ms.
+    EXPECT_GT(steps, time_s * 1000.0);
+    EXPECT_LT(steps, time_s * 1000.0 + 5 * 70.0);
 }
 
 TEST(SamMotion, TurnsAtTheControlSpeedAndTellsIt)
 {
+    covers("A.13 1");
     SamBench bench(spec_of("SAM-160"));
     bench.ask(sam::SetCtrlSpeed{.ctrl_speed = 400});
     bench.ask(sam::PositionControl{.target_position = 100});
     bench.run(500ms);
     EXPECT_EQ(bench.ask(sam::ReadCurrentSpeed{}).current_speed, -400);
     EXPECT_EQ(bench.ask(sam::ReadCurrentAccel{}).current_accel, 0);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, -units::rad(400 * 0.2216));
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, -units::rad(400 * 0.2216), 0.001); // half a unit is 0.002
 }
 
 TEST(SamMotion, TellsAnAccelerationAndALoadWhileItSpeedsUp)
 {
+    covers("A.13 2");
+    covers("A.13 3");
     const auto spec = spec_of("SAM-160");
     SamBench bench(spec);
     bench.ask(sam::PositionControl{.target_position = 20'000});
     bench.run(20ms);
-    const double acceleration = units::deg(rating_of(spec).acceleration_max_rad_s2) / 221.6;
-    EXPECT_EQ(bench.ask(sam::ReadCurrentAccel{}).current_accel, std::lround(acceleration));
+    const auto unit = [&] { return std::lround(units::deg(bench.device.plant().acceleration_rad_s2()) / 221.6); };
+    EXPECT_EQ(bench.ask(sam::ReadCurrentAccel{}).current_accel, unit());
+    EXPECT_GT(unit(), 10);                                           // 17 at rest, with full torque
     EXPECT_EQ(bench.ask(sam::ReadCurrentLoad{}).current_load, 4095); // 5.5 A; saturates (S85)
     EXPECT_EQ(bench.ask(sam::QuickReadStatus{}).load, 254);
+    bench.ask(sam::QuickBrakeMode{});
+    bench.run(5ms);
+    EXPECT_LT(bench.ask(sam::ReadCurrentAccel{}).current_accel, 0) << "slows down";
 }
 
 TEST(SamMotion, TellsTheStateBeforeTheMotion)
 {
+    covers("A.2 4");
     SamBench bench(spec_of("SAM-160"));
     EXPECT_EQ(bench.ask(sam::PositionControl{.target_position = 20'000}).position, 14'504);
     bench.run(5s);
@@ -96,11 +114,14 @@ TEST(SamMotion, TellsTheStateBeforeTheMotion)
 
 TEST(SamMotion, StaysInsideTheBoundariesOfTheCoordinatesOfTheCommand)
 {
+    covers("A.4 1");
+    covers("A.4 2");
+    covers("A.4 3");
     SamBench bench(spec_of("SAM-160"));
     bench.ask(sam::SetBoundary{.lower_boundary = 63, .upper_boundary = 191});
     bench.ask(sam::PositionControl{.target_position = 28'000});
     bench.run(5s);
-    EXPECT_NEAR(bench.device.look().position_rad, units::rad(64 * 1.41), 1e-12);
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(64 * 1.41), near_rad);
     bench.ask(sam::QuickPositionControl{.target_position = 254});
     bench.run(5s);
     EXPECT_EQ(bench.ask(sam::QuickReadStatus{}).position, 254);
@@ -112,6 +133,8 @@ TEST(SamMotion, StaysInsideTheBoundariesOfTheCoordinatesOfTheCommand)
 
 TEST(SamMotion, GoesToTheEndOfTheControlRangeForWhatLiesOutside)
 {
+    covers("A.3 1");
+    covers("A.4 3");
     SamBench bench(spec_of("SAM-20"));
     bench.ask(sam::PositionControl{.target_position = 0});
     bench.run(5s);
@@ -126,6 +149,7 @@ TEST(SamMotion, GoesToTheEndOfTheControlRangeForWhatLiesOutside)
 
 TEST(SamMotion, DoesNotMoveWithoutTorque)
 {
+    covers("A.3 4");
     SamBench bench(spec_of("SAM-20"));
     bench.ask(sam::SetAvgTorque{.avg_torque = 0});
     bench.ask(sam::PositionControl{.target_position = 3000});
@@ -136,33 +160,50 @@ TEST(SamMotion, DoesNotMoveWithoutTorque)
 
 TEST(SamMotion, SpeedsUpInProportionToItsTorque)
 {
-    const auto spec = spec_of("SAM-20");
-    SamBench bench(spec);
-    bench.ask(sam::QuickPositionControl{.torque_level = 4, .target_position = 200});
-    bench.run(10ms);
-    EXPECT_NEAR(bench.device.look().velocity_rad_s, rating_of(spec).acceleration_max_rad_s2 / 5.0 * 0.010, 1e-9);
+    covers("A.3 1");
+    covers("A.3 2");
+    covers("A.3 4");
+    const auto speed = [](int level, int avg_torque) {
+        SamBench bench(spec_of("SAM-20"));
+        bench.ask(sam::SetAvgTorque{.avg_torque = static_cast<std::uint16_t>(avg_torque)});
+        bench.ask(sam::QuickPositionControl{.torque_level = static_cast<std::uint8_t>(level), .target_position = 200});
+        bench.run(10ms);
+        return bench.device.look().velocity_rad_s;
+    };
+    const double full = speed(0, 2000);
+    // Friction takes 3 % of the full torque.
+    for (int level = 0; level <= 4; ++level)
+        EXPECT_NEAR(speed(level, 2000) / full, (0.2 * (5 - level) - 0.03) / 0.97, 1e-6) << level;
+    EXPECT_NEAR(speed(0, 1000) / full, (0.5 - 0.03) / 0.97, 1e-6);
 }
 
 TEST(SamMotion, TurnsWithoutEndInWheelMode)
 {
+    covers("A.7 1");
+    covers("A.7 2");
+    covers("A.7 3");
+    covers("A.7 4");
+    covers("A.7 5");
+    covers("A.3 8");
     const auto spec = spec_of("SAM-20");
-    const double full = spec.model->ratings.max_speed_rad_s;
+    // The printed speed at full duty; friction takes 3 % of it off every duty.
+    const auto speed = [&](double duty) { return spec.model->ratings.max_speed_rad_s * (duty - 0.03) / 0.97; };
     SamBench bench(spec);
     bench.ask(sam::QuickWheelMode{.direction = sam::QuickSpin::clockwise, .speed = 15});
     bench.run(5s);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, full * 0.5);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, speed(0.5), 1e-3);
     EXPECT_EQ(bench.device.look().mode, "wheel");
     const double turns = bench.device.look().position_rad / (2.0 * 3.14159265358979);
     EXPECT_EQ(bench.ask(sam::QuickWheelMode{.direction = sam::QuickSpin::counter_clockwise, .speed = 1}).rotation_no,
               static_cast<int>(turns));
     bench.run(1s);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, full * -0.15);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, -speed(0.15), 1e-3);
     bench.ask(sam::SpecialControl{.mode = sam::Mode::wheel, .wheel_speed = 250});
     bench.run(1s);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, full * 0.25);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, speed(0.25), 1e-3);
     bench.ask(sam::SpecialControl{.mode = sam::Mode::wheel, .wheel_speed = 1500});
     bench.run(1s);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, full * -0.5);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, -speed(0.5), 1e-3);
     for (const int stop : {0, 1000}) {
         bench.ask(sam::SpecialControl{.mode = sam::Mode::wheel, .wheel_speed = static_cast<std::uint16_t>(stop)});
         bench.run(1s);
@@ -182,6 +223,8 @@ TEST(SamMotion, TurnsTheOtherWayWhenItsPositionsGrowCounterClockwise)
 
 TEST(SamMotion, CoastsWhenPassiveAndStopsShortWhenBraked)
 {
+    covers("A.5 2");
+    covers("A.6 1");
     double travel[2] = {};
     for (const bool brake : {false, true}) {
         SamBench bench(spec_of("SAM-20"));
@@ -212,6 +255,7 @@ TEST(SamMotion, HoldsWhereItIsInGeneralMode)
 
 TEST(SamMotion, SeesEverythingTheOtherWayRoundInReverse)
 {
+    covers("A.13 7");
     SamBench bench(spec_of("SAM-160"));
     bench.ask(sam::SetDriveMode{.response_level = 1, .reverse = true});
     bench.ask(sam::PositionControl{.target_position = 20'000});
@@ -233,6 +277,56 @@ TEST(SamMotion, TakesThePresentPositionForTheCentreAndTakesThatBack)
     EXPECT_EQ(bench.ask(sam::ReadCurrentPosition{}).position, 14'504);
     bench.ask(sam::OffsetControl{.offset_control = 0});
     EXPECT_EQ(bench.ask(sam::ReadCurrentPosition{}).position, before);
+}
+
+TEST(SamMotion, MeasuresItsSpeedOverTheWindowOfItsModel)
+{
+    covers("A.13 1");
+    for (const auto* name : {"SAM-20", "SAM-160"}) {
+        const auto spec = spec_of(name);
+        SamBench bench(spec);
+        bench.ask(sam::QuickPositionControl{.target_position = 200});
+        bench.run(20ms);
+        const double before = bench.device.look().position_rad;
+        bench.run(spec.model->speed_window);
+        const double speed = (bench.device.look().position_rad - before) / seconds(spec.model->speed_window);
+        EXPECT_EQ(bench.ask(sam::ReadCurrentSpeed{}).current_speed,
+                  std::lround(units::deg(speed) / spec.model->speed_deg_s_per_unit))
+            << name;
+    }
+}
+
+TEST(SamMotion, HoldsAgainstAHandThatWouldTurnItWhenPassive)
+{
+    covers("A.3 6");
+    covers("A.5 1");
+    covers("A.6 1");
+    const auto pushed = [](const auto& message) {
+        SamBench bench(spec_of("SAM-160"));
+        bench.ask(message);
+        bench.run(100ms);
+        bench.device.plant().push(2.0); // of 15.7 N·m; friction holds 0.63 N·m
+        bench.run(100ms);
+        EXPECT_LE(std::abs(bench.device.plant().supply_current_a()), 1.0);
+        const auto raw = bench.ask(sam::ReadCurrentPosition{}).position;
+        EXPECT_EQ(raw, std::lround(units::deg(bench.device.look().position_rad) / 0.01241) + 14'504);
+        return bench.device.look().position_rad;
+    };
+    const double passive = pushed(sam::QuickPassiveMode{});
+    EXPECT_GT(passive, 0.02);
+    EXPECT_LT(pushed(sam::QuickBrakeMode{}), 0.75 * passive);
+    EXPECT_LT(pushed(sam::PositionControl{.target_position = 14'504}), 0.02);
+}
+
+TEST(SamMotion, BrakesWithoutTakingAnythingFromTheSupply)
+{
+    covers("A.6 1");
+    SamBench bench(spec_of("SAM-160"));
+    bench.ask(sam::QuickBrakeMode{});
+    bench.device.plant().push(5.0);
+    bench.run(1s);
+    EXPECT_EQ(bench.device.plant().supply_current_a(), 0.0);
+    EXPECT_GT(std::abs(bench.device.look().current_a), 0.5) << "the winding is shorted";
 }
 
 } // namespace
