@@ -65,8 +65,12 @@ TEST(SamDevice, OfAPotentiometerModelIsSilentAboutMessagesOfTheEncoderClass)
 TEST(SamDevice, HearsOnlyItsOwnId)
 {
     covers("A.1 4");
+    covers("A.13 6");
     SamBench bench(spec_of("SAM-20"));
-    EXPECT_TRUE(bench.send(5, sam::Ping{}));
+    const auto ping = bench.send(5, sam::Ping{});
+    ASSERT_TRUE(ping);
+    EXPECT_EQ(ping->frame.data[0], 5);
+    EXPECT_EQ(ping->frame.data[1], 5);
     EXPECT_FALSE(bench.send(4, sam::Ping{}));
     EXPECT_FALSE(bench.send(4, sam::SetPdGain{.p_gain = 1, .d_gain = 2}));
     EXPECT_EQ(bench.ask(sam::ReadPdGain{}).p_gain, SamGains{}.p);
