@@ -123,7 +123,7 @@ def collect(root):
 
 def shortened(text):
     """The statement as one cell of a table."""
-    text = KIND.sub("", text, count=1).strip() if KIND.match(text) else text
+    text = KIND.sub("", text, count=1).strip(" :") if KIND.match(text) else text
     if len(text) > SHOWN:
         text = text[:SHOWN].rsplit(" ", 1)[0].rstrip(" ,;:(") + " …"
     if text.count("`") % 2:  # cut inside a code span
