@@ -1,4 +1,5 @@
 #include "bench/codec_bench.hpp"
+#include "bench/sim_bench.hpp"
 
 #include <cstdio>
 #include <fmt/core.h>
@@ -17,6 +18,22 @@ void print(const std::vector<Result>& results)
                    r.ns, r.reference_ns, r.ratio(), r.floor(), r.allocations);
     fmt::print(
         "ratio: codec / by hand; floor: by hand / by hand, measured twice; allocs: per operation of the codec\n");
+}
+
+void print(const sinew::bench::SimResult& sim)
+{
+    fmt::print("\nsimulator\n");
+    fmt::print("  {:<44} {:>8.1f} ns  (again {:.1f})\n", "physics, a step of a shaft that turns", sim.step_ns,
+               sim.step_again_ns);
+    fmt::print("  {:<44} {:>8.1f} ns\n", "physics, a tick (10 steps) of one that rests", sim.resting_tick_ns);
+    fmt::print("  {:<44} {:>8.1f} ns  (again {:.1f})\n", "firmware and wire, an exchange, 31 on the wire",
+               sim.exchange_ns, sim.exchange_again_ns);
+    fmt::print("  {:>6} {:>11} {:>8} {:>10} {:>16} {:>12} {:>11} {:>7}\n", "servos", "simulated s", "wall s",
+               "exchanges", "device s per s", "x real time", "bytes each", "allocs");
+    for (const auto& w : sim.worlds)
+        fmt::print("  {:>6} {:>11.1f} {:>8.2f} {:>10} {:>16.0f} {:>12.2f} {:>11.0f} {:>7g}\n", w.servos, w.simulated_s,
+                   w.wall_s, w.exchanges, w.device_seconds_per_s(), w.times_real_time(), w.bytes_per_servo,
+                   w.allocations);
 }
 
 bool write_json(const char* path, const std::vector<Result>& results)
@@ -50,6 +67,8 @@ int main(int argc, char** argv)
     }
     const auto results = sinew::bench::measure_codecs();
     print(results);
+    const auto sim = sinew::bench::measure_simulator(wants_json);
+    print(sim);
     if (wants_json && !write_json(argv[2], results)) {
         fmt::print(stderr, "sinew_bench: cannot write {}\n", argv[2]);
         return 2;

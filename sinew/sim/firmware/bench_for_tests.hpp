@@ -10,6 +10,12 @@
 
 namespace sinew::sim {
 
+/// The loop of `Servo` leaves a shaft within 2e-5 rad of its target; friction may hold it a little further off.
+inline constexpr double rest_rad = 5e-5;
+inline constexpr double rest_deg = rest_rad * 180.0 / 3.14159;
+/// How long the last of the way takes beyond the time of the trajectory.
+inline constexpr int settle_ms = 60;
+
 /// One device on a bench, without a wire: requests are heard when they are sent.
 template <class D>
 class Bench

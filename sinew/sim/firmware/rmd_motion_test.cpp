@@ -38,7 +38,7 @@ TEST(RmdMotion, TurnsAtTheCommandedSpeedAndTellsIt)
     RmdBench bench(spec_of());
     bench.ask(rmd::SpeedClosedLoop{.speed = -36'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), -360.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), -360.0, 1e-3);
     EXPECT_EQ(bench.ask(rmd::ReadStatus2{}).speed, -360);
 }
 
@@ -49,9 +49,9 @@ TEST(RmdMotion, ArrivesWhenSpeedAndAccelerationSay)
     bench.ask(rmd::MultiLoopAngleSpeed{.max_speed = 36'000, .angle = 180'000}); // 360 dps, 1800 deg
     const double target = units::rad(1800.0);
     int steps = 0;
-    while (bench.device.look().position_rad != target && ++steps < 20'000)
+    while (std::abs(bench.device.look().position_rad - target) > rest_rad && ++steps < 20'000)
         bench.run(1ms);
-    EXPECT_NEAR(steps, 5000 + 360, 1);
+    EXPECT_NEAR(steps, 5000 + 360, settle_ms);
 }
 
 TEST(RmdMotion, ReadsMaxSpeedInTheScaleOfItsProfile)
@@ -61,11 +61,11 @@ TEST(RmdMotion, ReadsMaxSpeedInTheScaleOfItsProfile)
     RmdBench bench(spec);
     bench.ask(rmd::MultiLoopAngleSpeed{.max_speed = 90, .angle = 1'000'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 90.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 90.0, 1e-3);
     RmdBench manual(spec_of());
     manual.ask(rmd::MultiLoopAngleSpeed{.max_speed = 9000, .angle = 1'000'000});
     manual.run(1s);
-    EXPECT_NEAR(degrees_per_second(manual), 90.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(manual), 90.0, 1e-3);
 }
 
 TEST(RmdMotion, LimitsPositionOrdersBySpeedAndAngleOfTheParameters)
@@ -73,16 +73,16 @@ TEST(RmdMotion, LimitsPositionOrdersBySpeedAndAngleOfTheParameters)
     RmdBench bench(spec_of("rmd-2.35", {.max_speed_dps = 200.0, .max_angle_deg = 300.0}));
     bench.ask(rmd::MultiLoopAngle{.angle = -90'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), -200.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), -200.0, 1e-3);
     bench.run(5s);
-    EXPECT_NEAR(degrees(bench), -300.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), -300.0, rest_deg);
     bench.ask(rmd::WriteParameterRam{rmd::ParameterId::max_speed, 5'000});
     bench.ask(rmd::WriteParameterRam{rmd::ParameterId::max_angle_low, 0});
     bench.ask(rmd::MultiLoopAngle{.angle = 90'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 50.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 50.0, 1e-3);
     bench.run(30s);
-    EXPECT_NEAR(degrees(bench), 900.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), 900.0, rest_deg);
 }
 
 TEST(RmdMotion, GoesRoundInTheGivenDirectionToASingleTurnAngle)
@@ -90,17 +90,17 @@ TEST(RmdMotion, GoesRoundInTheGivenDirectionToASingleTurnAngle)
     RmdBench bench(spec_of());
     bench.ask(rmd::SingleLoopAngle{.spin_direction = clockwise, .angle = 27'000});
     bench.run(5s);
-    EXPECT_NEAR(degrees(bench), 270.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), 270.0, rest_deg);
     bench.ask(rmd::SingleLoopAngle{.spin_direction = clockwise, .angle = 1'000});
     bench.run(5s);
-    EXPECT_NEAR(degrees(bench), 370.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), 370.0, rest_deg);
     bench.ask(rmd::SingleLoopAngleSpeed{.spin_direction = counter_clockwise, .max_speed = 36'000, .angle = 2'000});
     bench.run(5s);
-    EXPECT_NEAR(degrees(bench), 20.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), 20.0, rest_deg);
     for (const auto spin : {clockwise, counter_clockwise}) {
         bench.ask(rmd::SingleLoopAngle{.spin_direction = spin, .angle = 2'000});
         bench.run(5s);
-        EXPECT_NEAR(degrees(bench), 20.0, 1e-9);
+        EXPECT_NEAR(degrees(bench), 20.0, rest_deg);
     }
 }
 
@@ -111,19 +111,24 @@ TEST(RmdMotion, AddsIncrementsToTheTargetOrToThePosition)
         bench.ask(rmd::IncrementAngle{.angle = 9'000});
         bench.ask(rmd::IncrementAngleSpeed{.max_speed = 36'000, .angle = -3'000});
         bench.run(5s);
-        EXPECT_NEAR(degrees(bench), base == rmd::IncrementBase::target ? 60.0 : -30.0, 1e-9);
+        EXPECT_NEAR(degrees(bench), base == rmd::IncrementBase::target ? 60.0 : -30.0, rest_deg);
     }
 }
 
 TEST(RmdMotion, IsPushedByATorqueCurrentUpToItsNoLoadSpeed)
 {
-    const Rating rating = rating_of(spec_of());
-    RmdBench bench(spec_of());
-    bench.ask(rmd::TorqueClosedLoop{.iq = -1024});
+    const auto spec = spec_of();
+    const PlantParameters plant = plant_of(spec);
+    RmdBench bench(spec);
+    bench.ask(rmd::TorqueClosedLoop{.iq = -124});
     bench.run(10ms);
-    EXPECT_NEAR(bench.device.look().velocity_rad_s, -(0.5 - 0.1) * rating.acceleration_max_rad_s2 * 0.010, 1e-9);
+    const double current_a = 124 * 16.5 / 2048;
+    const double torque_nm = current_a * plant.torque_per_ampere_nm() - plant.coulomb_friction_nm;
+    const double velocity = -torque_nm / plant.inertia_kg_m2() * 0.010;
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, velocity, 0.01 * -velocity); // viscous friction is left out
     bench.run(1s);
-    EXPECT_EQ(bench.device.look().velocity_rad_s, -rating.velocity_max_rad_s);
+    const double most = rating_of(spec).velocity_max_rad_s;
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, -most, 0.01 * most);
 }
 
 TEST(RmdMotion, DrivesToTheSpeedOfItsOpenLoopPower)
@@ -131,7 +136,7 @@ TEST(RmdMotion, DrivesToTheSpeedOfItsOpenLoopPower)
     RmdBench bench(spec_of());
     EXPECT_EQ(bench.ask(rmd::TorqueOpenLoop{.power = 425}).power, 425);
     bench.run(1s);
-    EXPECT_DOUBLE_EQ(bench.device.look().velocity_rad_s, rating_of(spec_of()).velocity_max_rad_s / 2.0);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, rating_of(spec_of()).velocity_max_rad_s / 2.0, 1e-6);
 }
 
 TEST(RmdMotion, StopsKeepingItsOrderAndRunsOn)
@@ -141,12 +146,12 @@ TEST(RmdMotion, StopsKeepingItsOrderAndRunsOn)
     bench.run(1s);
     bench.ask(rmd::MotorStop{});
     bench.run(1s);
-    EXPECT_EQ(degrees_per_second(bench), 0.0);
+    EXPECT_NEAR(degrees_per_second(bench), 0.0, 1e-6);
     EXPECT_LT(degrees(bench), 100.0);
     EXPECT_EQ(bench.device.look().mode, "stopped");
     bench.ask(rmd::MotorRunning{});
     bench.run(5s);
-    EXPECT_NEAR(degrees(bench), 360.0, 1e-9);
+    EXPECT_NEAR(degrees(bench), 360.0, rest_deg);
 }
 
 TEST(RmdMotion, SwitchesOffAndForgetsItsOrder)
@@ -164,7 +169,7 @@ TEST(RmdMotion, SwitchesOffAndForgetsItsOrder)
     bench.ask(rmd::MotorOff{});
     bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-3);
 }
 
 TEST(RmdMotion, OfAnLkMotorThatIsOffAnswersButWaitsForRunning)
@@ -177,7 +182,7 @@ TEST(RmdMotion, OfAnLkMotorThatIsOffAnswersButWaitsForRunning)
     bench.ask(rmd::MotorRunning{});
     bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-3);
 }
 
 TEST(RmdMotion, HasNoTorqueToTurnWithWhereTheSpeedOrderCarriesACurrentOfZero)
@@ -188,7 +193,7 @@ TEST(RmdMotion, HasNoTorqueToTurnWithWhereTheSpeedOrderCarriesACurrentOfZero)
     EXPECT_EQ(degrees_per_second(bench), 0.0);
     bench.ask(rmd::lk_2_36::SpeedClosedLoop{.iq = 500, .speed = 36'000});
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-3);
 }
 
 TEST(RmdMotion, StandsStillWhileItsBrakeIsEngaged)
@@ -201,7 +206,7 @@ TEST(RmdMotion, StandsStillWhileItsBrakeIsEngaged)
     EXPECT_EQ(bench.ask(rmd::lk::BrakeControl{.brake = 0x10}).brake, 0);
     EXPECT_EQ(bench.ask(rmd::lk::BrakeControl{.brake = 1}).brake, 1);
     bench.run(1s);
-    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-9);
+    EXPECT_NEAR(degrees_per_second(bench), 360.0, 1e-3);
 }
 
 TEST(RmdMotion, StartsAgainAtASystemReset)

@@ -137,17 +137,17 @@ void Servo::control()
     constexpr double integral_per_s = 40.0;
     const double error = trajectory_.position_rad() - plant_->position_rad();
     const double error_v = trajectory_.velocity_rad_s() - plant_->velocity_rad_s();
-    const double friction = trajectory_.velocity_rad_s() == 0.0
-                                ? 0.0
-                                : std::copysign(p.coulomb_friction_nm, trajectory_.velocity_rad_s()) +
-                                      p.viscous_friction_nm_s_per_rad * trajectory_.velocity_rad_s();
+    // Near enough at rest: it would creep between sticking and slipping for ever.
+    constexpr double near_enough_rad = 2e-5;
+    const bool stands = trajectory_.velocity_rad_s() == 0.0;
+    const bool rests = stands && std::abs(error) < near_enough_rad;
+    const double towards = rests ? 0.0 : stands ? error : trajectory_.velocity_rad_s();
+    const double friction = (towards == 0.0 ? 0.0 : std::copysign(p.coulomb_friction_nm, towards)) +
+                            p.viscous_friction_nm_s_per_rad * trajectory_.velocity_rad_s();
     const double acceleration = trajectory_.acceleration_rad_s2() + 2.0 * frequency_rad_s * error_v +
                                 frequency_rad_s * frequency_rad_s * (error + integral_rad_s_ * integral_per_s);
     const double wanted = (p.inertia_kg_m2() * acceleration + friction) / p.torque_per_ampere_nm();
     const double current = std::clamp(wanted, -rating_.current_max_a, rating_.current_max_a);
-    // Near enough at rest: it would creep between sticking and slipping for ever.
-    constexpr double near_enough_rad = 5e-5;
-    const bool rests = trajectory_.velocity_rad_s() == 0.0 && std::abs(error) < near_enough_rad;
     if (current == wanted && !rests)
         integral_rad_s_ += error * tick_s;
     plant_->drive_current(current);

@@ -79,6 +79,7 @@ public:
     double acceleration_rad_s2() const { return acceleration_rad_s2_; } ///< mean of the last tick
     double current_a() const { return current_a_; }                     ///< of the winding, mean of the last tick
     double supply_current_a() const { return supply_current_a_; } ///< mean of the last tick; below 0 it feeds back
+    double external_nm() const { return parameters_.external_torque_nm + pushed_nm_; }
     double winding_c() const { return winding_c_; }
     double case_c() const { return case_c_; }
     const PlantParameters& parameters() const { return parameters_; }
