@@ -19,7 +19,7 @@ test: ## Everything that proves it: release tests, sanitizers, fuzz corpora
 	@tools/setup build test
 	@JOBS=$(JOBS) tools/test
 
-bench: ## Codec figures with their reference in the same run, printed and as JSON
+bench: ## Figures of codec and simulator, printed and as JSON
 	@tools/setup build bench
 	@tools/bench
 
@@ -31,6 +31,6 @@ fuzz: ## Run every fuzz target for FUZZ_SECONDS (60)
 	@tools/setup build test
 	@tools/fuzz $(FUZZ_SECONDS)
 
-soak: ## The long proofs: PART=properties or fuzz, scaled by SOAK=0.1
+soak: ## The long proofs: PART=properties, fuzz or storm, scaled by SOAK=0.1
 	@tools/setup build test
 	@SOAK=$(SOAK) tools/soak $(PART)
