@@ -5,7 +5,7 @@ import termios
 import time
 
 CENTRE, DEGREES_PER_UNIT = 2047, 0.083  # of the standard position
-NEAR = 2  # degrees; a position loop without an I gain leaves a little to friction and load
+NEAR = 0.5  # degrees, six units; a position loop without an I gain leaves a little to friction and load
 
 
 def open_raw(path, baud):

@@ -46,7 +46,7 @@ class Peers(unittest.TestCase):
 
     def test_plain_python_moves_a_sam(self):
         for degrees in (30, -8):
-            self.moves("sam_plain.py", "left", 6, degrees, within=2)
+            self.moves("sam_plain.py", "left", 6, degrees, within=0.5)
 
     def test_plain_python_moves_a_nuri(self):
         for degrees in (20, -15):
