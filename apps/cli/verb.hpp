@@ -71,6 +71,7 @@ std::span<const Verb> verbs();
 
 // One row per file.
 Verb sim_verb();
+Verb sim_step_verb();
 Verb sim_look_verb();
 Verb sim_fault_verb();
 Verb sim_mend_verb();

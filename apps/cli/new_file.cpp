@@ -1,0 +1,72 @@
+#include "apps/cli/new_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <utility>
+
+namespace sinew::cli {
+namespace {
+
+std::unexpected<Error> refused(const std::filesystem::path& path, int error)
+{
+    return fail(Errc::bad_argument, fmt::format("{} cannot be written: {}", path.string(), std::strerror(error)));
+}
+
+} // namespace
+
+NewFile::NewFile(std::filesystem::path path, std::filesystem::path beside, int fd)
+    : path_(std::move(path)), beside_(std::move(beside)), fd_(fd)
+{
+}
+
+NewFile::NewFile(NewFile&& other) noexcept
+    : path_(std::move(other.path_)), beside_(std::exchange(other.beside_, {})), fd_(std::move(other.fd_))
+{
+}
+
+NewFile::~NewFile()
+{
+    if (!beside_.empty())
+        ::unlink(beside_.c_str());
+}
+
+std::expected<NewFile, Error> NewFile::make(const std::filesystem::path& path)
+{
+    std::error_code unknown;
+    const auto status = std::filesystem::status(path, unknown);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        return fail(Errc::bad_argument, fmt::format("{} cannot be written: it is there and no file", path.string()));
+    // A name of its own in the same folder, so that taking the place is one step.
+    auto beside = path;
+    beside += fmt::format(".{}.part", ::getpid());
+    const int fd = ::open(beside.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0)
+        return refused(path, errno);
+    return NewFile(path, std::move(beside), fd);
+}
+
+std::expected<void, Error> NewFile::write(std::string_view text)
+{
+    while (!text.empty()) {
+        const auto written = ::write(fd(), text.data(), text.size());
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            return refused(path_, errno);
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return {};
+}
+
+std::expected<void, Error> NewFile::keep()
+{
+    if (::rename(beside_.c_str(), path_.c_str()) != 0)
+        return refused(path_, errno);
+    beside_.clear();
+    return {};
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,34 @@
+#pragma once
+#include "apps/cli/new_file.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Pictures for people, drawn by gnuplot.
+namespace sinew::cli {
+
+/// One curve over the common axis.
+struct Panel {
+    std::string label; ///< with the unit
+    std::vector<double> y;
+    std::optional<double> level{}; ///< a thin line across, such as a target
+    std::string level_name{};
+};
+
+/// Panels above each other that share their horizontal axis.
+struct Plot {
+    std::string title;
+    std::string x_label; ///< with the unit
+    std::vector<double> x;
+    std::vector<Panel> panels; ///< as many values each as `x`
+};
+
+/// What gnuplot is told to do.
+std::string gnuplot_script(const Plot& plot);
+
+/// The plot as SVG into `file`, which is not kept yet. `unsupported` where there is no gnuplot, with the package that
+/// has it; `bad_argument` with gnuplot's words where it fails.
+std::expected<void, Error> write_plot(NewFile& file, const Plot& plot);
+
+} // namespace sinew::cli
