@@ -45,21 +45,21 @@ double NuriDevice::target_rad(nuri::Rotation direction, std::uint16_t position) 
 
 bool NuriDevice::handle(const nuri::PositionSpeedControl& m)
 {
-    motion_.limit_torque(stored_.used.position.rated_current * current_lsb_a / motion_.rating().current_max_a);
+    motion_.tune(stored_.used.position);
     motion_.go_to(target_rad(m.position_direction, m.position), speed_rad_s(m.speed));
     return true;
 }
 
 bool NuriDevice::handle(const nuri::AccelPositionControl& m)
 {
-    motion_.limit_torque(stored_.used.position.rated_current * current_lsb_a / motion_.rating().current_max_a);
+    motion_.tune(stored_.used.position);
     motion_.arrive(target_rad(m.position_direction, m.position), m.arrival_time * time_lsb_s);
     return true;
 }
 
 bool NuriDevice::handle(const nuri::AccelSpeedControl& m)
 {
-    motion_.limit_torque(stored_.used.speed.rated_current * current_lsb_a / motion_.rating().current_max_a);
+    motion_.tune(stored_.used.speed);
     motion_.turn(sense(m.speed_direction) * speed_rad_s(m.speed), m.arrival_time * time_lsb_s);
     return true;
 }

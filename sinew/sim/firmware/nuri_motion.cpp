@@ -2,13 +2,49 @@
 
 #include "sinew/sim/firmware/ratings.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sinew::sim {
 
-NuriMotion::NuriMotion(const nuri::Spec& spec, Plant& plant)
-    : off_keeps_target_(spec.device.off_keeps_target), plant_(plant), servo_(plant, supply_v(spec))
+namespace {
+
+// ASSUMED: the document has no law for the gains (N19). The delivered ones give the usual loop; Kp is the stiffness,
+// the others work by their root, and a speed loop of its own damps even without Kd.
+constexpr NuriController usual{};
+
+ServoGains gains_of(const NuriController& controller)
 {
+    constexpr double own_damping = 0.5;
+    return {.stiffness = controller.kp / static_cast<double>(usual.kp),
+            .damping = own_damping + (1.0 - own_damping) * std::sqrt(controller.kd / static_cast<double>(usual.kd)),
+            .integral = std::sqrt(controller.ki / static_cast<double>(usual.ki))};
+}
+
+} // namespace
+
+NuriMotion::NuriMotion(const nuri::Spec& spec, Plant& plant)
+    : off_keeps_target_(spec.device.off_keeps_target), plant_(plant), servo_(plant, supply_v(spec)),
+      rated_current_a_(servo_.rating().current_max_a)
+{
+}
+
+void NuriMotion::tune(const NuriController& controller)
+{
+    constexpr double current_lsb_a = 0.1;
+    rated_current_a_ = std::min(controller.rated_current * current_lsb_a, servo_.rating().current_max_a);
+    servo_.limit_current(rated_current_a_);
+    servo_.tune(gains_of(controller));
+}
+
+double NuriMotion::acceleration() const
+{
+    return servo_.rating().acceleration_max_rad_s2 * rated_current_a_ / servo_.rating().current_max_a;
+}
+
+double NuriMotion::target_rad() const
+{
+    return order_.kind == Kind::position ? to_output(order_.value - zero_rad_) : position_rad();
 }
 
 void NuriMotion::power_on(bool on, double gear_ratio, bool inverted)

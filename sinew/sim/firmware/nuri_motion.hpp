@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/family/nuri/models.hpp"
+#include "sinew/sim/firmware/nuri_settings.hpp"
 #include "sinew/sim/firmware/servo.hpp"
 #include "sinew/sim/plant/plant.hpp"
 
@@ -28,9 +29,10 @@ public:
     void control(bool on);
     void gear(double ratio) { ratio_ = ratio; }
     void invert(bool on);
-    /// Of the greatest torque, 0 … 1.
-    void limit_torque(double share) { torque_share_ = share; }
+    /// The gains and the rated current of whichever controller the next order is for.
+    void tune(const NuriController& controller);
     void reset_position();
+    double target_rad() const; ///< of the position order; without one where it is
 
     double position_rad() const { return to_output(plant_.position_rad() - zero_rad_); }
     double velocity_rad_s() const { return to_output(plant_.velocity_rad_s()); }
@@ -51,7 +53,8 @@ private:
     double sign() const { return inverted_ ? -1.0 : 1.0; }
     double to_output(double plant) const { return sign() * plant / ratio_; }
     double to_plant(double output) const { return sign() * output * ratio_; }
-    double acceleration() const { return servo_.rating().acceleration_max_rad_s2 * torque_share_; }
+    /// What the rated current gives.
+    double acceleration() const;
     void accept(const Order& order);
     void act();
 
@@ -62,7 +65,7 @@ private:
     bool on_ = true;
     bool inverted_ = false;
     double ratio_ = 1.0;
-    double torque_share_ = 1.0;
+    double rated_current_a_;
     double zero_rad_ = 0.0;
 };
 

@@ -112,29 +112,39 @@ void Servo::turn(double velocity_rad_s, double acceleration_rad_s2)
 void Servo::push(double current_a)
 {
     drive_ = Drive::pushed;
-    current_a_ = std::clamp(current_a, -rating_.current_max_a, rating_.current_max_a);
+    driven_ = std::clamp(current_a, -rating_.current_max_a, rating_.current_max_a);
+}
+
+void Servo::drive(double duty)
+{
+    drive_ = Drive::driven;
+    driven_ = duty;
 }
 
 void Servo::control()
 {
     switch (drive_) {
     case Drive::released:
-        plant_->open();
-        return;
+        return plant_->open();
     case Drive::braked:
-        plant_->short_circuit();
-        return;
+        return plant_->short_circuit();
     case Drive::pushed:
-        plant_->drive_current(current_a_);
-        return;
+        return plant_->drive_current(driven_);
+    case Drive::driven:
+        return plant_->drive_duty(driven_);
     case Drive::following:
-        break;
+        return hold_to_trajectory();
     }
+}
+
+void Servo::hold_to_trajectory()
+{
     trajectory_.step();
     const PlantParameters& p = plant_->parameters();
     // Critically damped at 25 Hz: slow enough for a loop of 1 kHz.
     constexpr double frequency_rad_s = 160.0;
     constexpr double integral_per_s = 40.0;
+    const double stiffness = gains_.stiffness * frequency_rad_s * frequency_rad_s;
     const double error = trajectory_.position_rad() - plant_->position_rad();
     const double error_v = trajectory_.velocity_rad_s() - plant_->velocity_rad_s();
     // Near enough at rest: it would creep between sticking and slipping for ever.
@@ -144,13 +154,23 @@ void Servo::control()
     const double towards = rests ? 0.0 : stands ? error : trajectory_.velocity_rad_s();
     const double friction = (towards == 0.0 ? 0.0 : std::copysign(p.coulomb_friction_nm, towards)) +
                             p.viscous_friction_nm_s_per_rad * trajectory_.velocity_rad_s();
-    const double acceleration = trajectory_.acceleration_rad_s2() + 2.0 * frequency_rad_s * error_v +
-                                frequency_rad_s * frequency_rad_s * (error + integral_rad_s_ * integral_per_s);
+    const double integral = gains_.integral * integral_per_s * integral_rad_s_;
+    const double acceleration = trajectory_.acceleration_rad_s2() + gains_.damping * 2.0 * frequency_rad_s * error_v +
+                                stiffness * (error + integral);
     const double wanted = (p.inertia_kg_m2() * acceleration + friction) / p.torque_per_ampere_nm();
-    const double current = std::clamp(wanted, -rating_.current_max_a, rating_.current_max_a);
-    if (current == wanted && !rests)
-        integral_rad_s_ += error * tick_s;
+    const double most = std::clamp(limit_a_, 0.0, rating_.current_max_a);
+    const double current = std::clamp(wanted, -most, most);
     plant_->drive_current(current);
+
+    if (current == wanted) {
+        if (!rests)
+            integral_rad_s_ += error * tick_s;
+        return;
+    }
+    // The lead for which the loop asks all that the motor has; more of it would only be made up for later.
+    const double lead = p.torque_per_ampere_nm() * rating_.current_max_a / (p.inertia_kg_m2() * stiffness);
+    if (std::abs(error) > lead)
+        trajectory_.start(plant_->position_rad() + std::copysign(lead, error), plant_->velocity_rad_s());
 }
 
 } // namespace sinew::sim

@@ -2,6 +2,7 @@
 #include "sinew/sim/plant/plant.hpp"
 
 #include <cstdint>
+#include <limits>
 
 namespace sinew::sim {
 
@@ -50,8 +51,16 @@ private:
 /// acceleration is too small for that, the greatest speed of the fastest move.
 double cruise_velocity(double distance_rad, double time_s, double acceleration_rad_s2);
 
+/// How stiff the loop of a servo is: each gain as a multiple of its usual one.
+struct ServoGains {
+    double stiffness = 1.0;
+    double damping = 1.0;
+    double integral = 1.0;
+};
+
 /// A motor drive of no particular make: it follows a trajectory with a stiff loop of current, turns, is pushed by a
-/// current, coasts or is braked.
+/// current or a voltage, coasts or is braked. The trajectory waits for a shaft that cannot keep up, so that nothing
+/// is made up for when it comes free.
 class Servo
 {
 public:
@@ -63,6 +72,11 @@ public:
     void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
     void turn(double velocity_rad_s, double acceleration_rad_s2);
     void push(double current_a);
+    void drive(double duty); ///< -1 … 1 of the supply voltage
+
+    /// The loop drives no more than this; without a word the rating. `push` and `drive` know no limit.
+    void limit_current(double current_a) { limit_a_ = current_a; }
+    void tune(const ServoGains& gains) { gains_ = gains; }
 
     void control(); ///< once a tick, before the plant runs
 
@@ -70,15 +84,18 @@ public:
     const Trajectory& trajectory() const { return trajectory_; }
 
 private:
-    enum class Drive : std::uint8_t { released, braked, following, pushed };
+    enum class Drive : std::uint8_t { released, braked, following, pushed, driven };
 
     void begin();
+    void hold_to_trajectory();
 
     Plant* plant_;
     Rating rating_;
     Drive drive_ = Drive::released;
     Trajectory trajectory_;
-    double current_a_ = 0.0;
+    ServoGains gains_;
+    double limit_a_ = std::numeric_limits<double>::infinity();
+    double driven_ = 0.0; ///< current or duty
     double integral_rad_s_ = 0.0;
 };
 
