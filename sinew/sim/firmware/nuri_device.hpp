@@ -96,4 +96,6 @@ private:
     NuriMotion motion_;
 };
 
+static_assert(sizeof(NuriDevice) < 2048);
+
 } // namespace sinew::sim

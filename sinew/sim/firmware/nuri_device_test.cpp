@@ -3,6 +3,7 @@
 #include "sinew/base/units.hpp"
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/ratings.hpp"
+#include "tests/support/covers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,8 @@
 
 namespace sinew::sim {
 namespace {
+
+using test::covers;
 
 using namespace std::chrono_literals;
 using NuriBench = Bench<NuriDevice>;
@@ -33,6 +36,7 @@ std::optional<Answer> hear_sample(NuriBench& bench, const wire::MessageInfo& mes
 
 TEST(NuriDevice, AnswersFeedbackRequestsOfBothLinesAndNothingElse)
 {
+    covers("B 3");
     for (const std::size_t line : {rsa, mc}) {
         const nuri::Spec spec = spec_of(line);
         int requests = 0;
@@ -53,6 +57,7 @@ TEST(NuriDevice, AnswersFeedbackRequestsOfBothLinesAndNothingElse)
 
 TEST(NuriDevice, ObeysTheBroadcastWithoutAWord)
 {
+    covers("B 2");
     NuriBench bench(spec_of());
     EXPECT_FALSE(bench.send(255, nuri::SetResponseTime{.response_time = 9}));
     EXPECT_EQ(bench.ask(nuri::RequestResponseTimeFeedback{}).response_time, 9);
@@ -68,6 +73,7 @@ TEST(NuriDevice, ObeysNobodyElsesId)
 
 TEST(NuriDevice, WaitsItsResponseTimeInSteps)
 {
+    covers("B 4");
     NuriBench bench(spec_of());
     EXPECT_EQ(bench.send(nuri::RequestPing{})->delay, 100us);
     bench.send(nuri::SetResponseTime{.response_time = 254});
@@ -88,6 +94,8 @@ TEST(NuriDevice, StartsWithTheSettingsOfItsProfile)
 
 TEST(NuriDevice, KeepsItsSettingsAtPowerOffUnlessBuiltNotTo)
 {
+    covers("B 7");
+    covers("B 15");
     for (const bool persist : {true, false}) {
         auto spec = spec_of();
         spec.device.settings_persist = persist;
@@ -112,6 +120,7 @@ TEST(NuriDevice, KeepsItsSettingsAtPowerOffUnlessBuiltNotTo)
 
 TEST(NuriDevice, IgnoresMoreThanItsRatedCurrent)
 {
+    covers("B 7");
     NuriBench bench(spec_of());
     const auto before = bench.ask(nuri::RequestPositionControllerFeedback{});
     EXPECT_EQ(before.position_rated_current, 10);
@@ -121,6 +130,8 @@ TEST(NuriDevice, IgnoresMoreThanItsRatedCurrent)
 
 TEST(NuriDevice, TakesAnotherIdAndBitRateAtOnce)
 {
+    covers("B 5");
+    covers("B 16");
     NuriBench bench(spec_of());
     bench.send(nuri::SetId{.new_id = 77});
     EXPECT_EQ(bench.device.id(), 77);
@@ -131,6 +142,7 @@ TEST(NuriDevice, TakesAnotherIdAndBitRateAtOnce)
 
 TEST(NuriDevice, FactoryResetRestoresEverything)
 {
+    covers("B 12");
     NuriBench bench(spec_of());
     bench.send(nuri::SetBaudRate{.baud_code = 0x0D});
     bench.send(nuri::SetExternalGearRatio{.gear_ratio = 50});
@@ -162,6 +174,7 @@ TEST(NuriDevice, OfTheMcLineTakes0x0CAnd0x0DForItsOwnCommands)
 
 TEST(NuriDevice, SwitchesOffToAFreeShaftAndForgetsItsTarget)
 {
+    covers("B 9");
     NuriBench bench(spec_of());
     bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
     bench.run(500ms);
@@ -178,6 +191,7 @@ TEST(NuriDevice, SwitchesOffToAFreeShaftAndForgetsItsTarget)
 
 TEST(NuriDevice, CarriesOutWhatCameWhileOffWhenBuiltSo)
 {
+    covers("B 9");
     auto spec = spec_of();
     spec.device.off_keeps_target = true;
     NuriBench bench(spec);
@@ -194,6 +208,7 @@ TEST(NuriDevice, CarriesOutWhatCameWhileOffWhenBuiltSo)
 
 TEST(NuriMotion, ArrivesAtTheCommandedSpeed)
 {
+    covers("B 6");
     const auto spec = spec_of();
     NuriBench bench(spec);
     const double velocity = units::rad_s_from_rpm(5.0);
@@ -210,6 +225,7 @@ TEST(NuriMotion, ArrivesAtTheCommandedSpeed)
 
 TEST(NuriMotion, ReachesAPositionInTheGivenTime)
 {
+    covers("B 6");
     NuriBench bench(spec_of());
     bench.send(nuri::AccelPositionControl{clockwise, 18'000, 20});
     int steps = 0;
@@ -220,6 +236,7 @@ TEST(NuriMotion, ReachesAPositionInTheGivenTime)
 
 TEST(NuriMotion, ReachesASpeedInTheGivenTimeByALinearRamp)
 {
+    covers("B 6");
     NuriBench bench(spec_of());
     bench.send(nuri::AccelSpeedControl{clockwise, 100, 10});
     const double two_ticks = units::rad_s_from_rpm(10.0) * 0.002; // of the ramp
@@ -234,6 +251,7 @@ TEST(NuriMotion, ReachesASpeedInTheGivenTimeByALinearRamp)
 
 TEST(NuriMotion, TellsPositionsInHundredthsAndInSpeedFeedbackInTenths)
 {
+    covers("B 13");
     auto spec = spec_of();
     spec.device.start_rad = units::rad(-123.45);
     NuriBench bench(spec);
@@ -271,6 +289,7 @@ TEST(NuriMotion, TurnsCounterClockwiseToThePositiveSideUnlessTheProfileSaysOther
 
 TEST(NuriMotion, AddsRelativePositionsToWhereItIs)
 {
+    covers("B 10");
     NuriBench bench(spec_of());
     bench.send(nuri::SetPositionControlMode{.position_mode = nuri::PositionMode::relative});
     for (int i = 0; i < 2; ++i) {
@@ -282,6 +301,7 @@ TEST(NuriMotion, AddsRelativePositionsToWhereItIs)
 
 TEST(NuriMotion, CallsThePresentPositionZero)
 {
+    covers("B 11");
     NuriBench bench(spec_of());
     bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
     bench.run(5s);
@@ -294,6 +314,7 @@ TEST(NuriMotion, CallsThePresentPositionZero)
 
 TEST(NuriMotion, MeansTheShaftBehindTheExternalGear)
 {
+    covers("B 8");
     NuriBench bench(spec_of());
     bench.send(nuri::SetExternalGearRatio{.gear_ratio = 30});
     bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
@@ -304,6 +325,7 @@ TEST(NuriMotion, MeansTheShaftBehindTheExternalGear)
 
 TEST(NuriMotion, InvertsItsDirectionOfControl)
 {
+    covers("B 14");
     NuriBench bench(spec_of());
     bench.send(nuri::SetControlDirection{.control_direction = 1});
     bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});

@@ -5,6 +5,7 @@
 #include "sinew/family/rmd/framing.hpp"
 
 #include <array>
+#include <string_view>
 
 namespace sinew::sim {
 namespace {
@@ -15,9 +16,10 @@ constexpr auto lk_2_36_services = services<RmdDevice>(rmd::Lk236Messages{});
 constexpr auto gyems_services = services<RmdDevice>(rmd::Gyems162Messages{});
 constexpr auto myactuator_services = services<RmdDevice>(rmd::MyActuator3Messages{});
 
-constexpr int full_scale_raw = 2048; // of iq (R11)
-constexpr int full_power_raw = 1000; // of MS motors
-constexpr int motors_of_0x280 = 4;   // L1143
+constexpr int full_scale_raw = 2048;                              // of iq (R11)
+constexpr int full_power_raw = 1000;                              // of MS motors
+constexpr int motors_of_0x280 = 4;                                // L1143
+constexpr Duration turn_of_0x280 = std::chrono::microseconds{10}; // ASSUMED: lower ids first (L1143)
 
 const Family& family()
 {
@@ -39,7 +41,8 @@ double velocity_max_dps(const rmd::Spec& spec, const Rating& rating)
 
 // Where no document says what a raw unit is, full scale is all the current the motor takes.
 RmdDevice::RmdDevice(const rmd::Spec& spec, const PlantParameters& plant)
-    : Device(plant, spec.device.start_rad), spec_(spec), options_(spec.profile.options()), motor_(spec, plant_),
+    : Device(plant, spec.device.start_rad), spec_(std::make_unique<rmd::Spec>(spec)), id_(spec.id),
+      options_(spec.profile.options()), motor_(spec, plant_),
       iq_a_(spec.iq_a().value_or(motor_.rating().current_max_a / full_current_raw(spec)))
 {
     rom_ = delivered_memory(spec, velocity_max_dps(spec, motor_.rating()), full_current_raw(spec));
@@ -49,16 +52,19 @@ RmdDevice::RmdDevice(const rmd::Spec& spec, const PlantParameters& plant)
 void RmdDevice::power_on()
 {
     ram_ = rom_;
-    acceleration_dps_s_ = static_cast<std::int32_t>(spec_.device.max_acceleration_dps_s);
+    acceleration_dps_s_ = static_cast<std::int32_t>(spec_->device.max_acceleration_dps_s);
     latched_errors_ = errors();
     motor_.engage_brake(false);
-    motor_.power_on(rom_.encoder_offset);
+    motor_.power_on(rom_.encoder_offset, was_on_ && spec_->device.turns_kept);
+    was_on_ = true;
 }
 
 void RmdDevice::control()
 {
-    motor_.control();
     latched_errors_ |= errors();
+    if (latched_errors_ != 0 && spec_->device.stops_on_fault)
+        motor_.off();
+    motor_.control();
 }
 
 const wire::Protocol& RmdDevice::protocol() const
@@ -70,15 +76,29 @@ void RmdDevice::answered(TimePoint) {}
 
 void RmdDevice::tell(Look& look) const
 {
+    constexpr std::string_view words[] = {"",    "low voltage",      "high voltage",      "voltage",
+                                          "hot", "low voltage, hot", "high voltage, hot", "voltage, hot"};
     look.mode = motor_.mode();
+    look.temperature_c = plant_.winding_c();
+    const unsigned hot = (latched_errors_ & rmd_over_temperature) != 0 ? 4U : 0U;
+    look.faults = words[(latched_errors_ & (rmd_low_voltage | rmd_high_voltage)) | hot];
+}
+
+bool RmdDevice::set_dip(int id)
+{
+    constexpr int most = 8; // L112-123
+    const bool known = 1 <= id && id <= most;
+    if (known)
+        id_ = id;
+    return known;
 }
 
 std::optional<Answer> RmdDevice::hear(const wire::Frame& request, TimePoint at)
 {
-    const auto* message = protocol().identify(request, wire::Direction::request, spec_.profile.line);
+    const auto* message = protocol().identify(request, wire::Direction::request, spec_->profile.line);
     if (message == nullptr)
-        return {};
-    switch (spec_.profile.dialect) {
+        return answer_unknown(request);
+    switch (spec_->profile.dialect) {
     case rmd::Dialect::manual:
         return sim::serve(*this, manual_services, message, request, at);
     case rmd::Dialect::lk:
@@ -100,12 +120,17 @@ std::optional<Answer> RmdDevice::serve(const wire::Frame& frame, TimePoint)
     if (!request)
         return {};
     constexpr const wire::MessageInfo& message = wire::info_of<M>;
+    Duration earlier{};
     if constexpr (message.request.layout->can_fixed) {
-        if (!spec_.device.multi_motor || id() > motors_of_0x280)
+        earlier = (motors_of_0x280 - id()) * turn_of_0x280;
+        if (!spec_->device.multi_motor || id() > motors_of_0x280)
             return {};
     } else if (request->id != id()) {
         return {};
     }
+    const Moment now = moment();
+    told_ = spec_->device.reply_lag ? last_ : now;
+    last_ = now;
     const auto reply = handle(request->message);
     if (!reply)
         return {};
@@ -113,8 +138,18 @@ std::optional<Answer> RmdDevice::serve(const wire::Frame& frame, TimePoint)
         ++flash_writes_;
     if constexpr (message.reply.exists())
         if (const auto encoded = wire::encode_reply<M>(id(), *reply, options_))
-            return Answer{*encoded, family().response_time.typical};
+            return Answer{*encoded, family().response_time.typical - earlier};
     return {};
+}
+
+// GUESS (R43).
+std::optional<Answer> RmdDevice::answer_unknown(const wire::Frame& request) const
+{
+    if (!spec_->device.echoes_unknown || request.can_id != rmd::identifier_base + static_cast<std::uint32_t>(id()))
+        return {};
+    wire::Frame echo = request;
+    echo.can_id = spec_->profile.reply_identifier_base + static_cast<std::uint32_t>(id());
+    return Answer{echo, family().response_time.typical};
 }
 
 // ---- parameters ----

@@ -6,6 +6,7 @@
 #include "sinew/sim/firmware/rmd_memory.hpp"
 #include "sinew/sim/firmware/rmd_motor.hpp"
 
+#include <memory>
 #include <optional>
 #include <string_view>
 
@@ -20,8 +21,11 @@ public:
 
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
-    int id() const override { return spec_.id; }
-    void set_id(int id) override { spec_.id = id; }
+    int id() const override { return id_; }
+    void set_id(int id) override { id_ = id; }
+    /// As the first three switches of its board are set: an id of 1 … 8, which counts at once (GUESS). False: there is
+    /// no such setting.
+    bool set_dip(int id);
     void answered(TimePoint at) override;
 
     std::uint32_t flash_writes() const override { return flash_writes_; }
@@ -32,7 +36,7 @@ public:
 private:
     void power_on() override;
     void control() override;
-    std::uint32_t set_bit_rate() const override { return spec_.device.bit_rate; }
+    std::uint32_t set_bit_rate() const override { return spec_->device.bit_rate; }
     void tell(Look& look) const override;
 
     // Settings.
@@ -100,6 +104,7 @@ private:
     Handled<rmd::IncrementAngleSpeed> handle(const rmd::IncrementAngleSpeed&);
     Handled<rmd::myactuator::IncrementAngleSpeed> handle(const rmd::myactuator::IncrementAngleSpeed&);
 
+    std::optional<Answer> answer_unknown(const wire::Frame& request) const;
     double current_a(const wire::MessageInfo& message, std::string_view field, std::int64_t raw) const;
     /// Limits of the setting tool and of 0x34.
     RmdLimits tool_limits() const;
@@ -107,25 +112,39 @@ private:
     double inside_max_angle_rad(double multi_turn_rad) const;
     void write(rmd::ParameterId id, std::uint64_t value, bool rom);
 
-    std::uint8_t errors() const;
+    /// What a reply tells, at one moment.
+    struct Moment {
+        rmd::MotorState motor;
+        rmd::myactuator::MotorState shaft;
+    };
+    Moment moment() const;
+    /// What control commands are answered with: now, or the frame before.
+    const Moment& told() const { return told_; }
+
+    std::uint8_t errors() const;      ///< whose cause is there now
+    std::uint8_t told_errors() const; ///< latched ones that the line has a bit for
     std::int8_t temperature() const;
     std::int16_t speed_dps() const;
     std::int16_t iq() const;
-    rmd::MotorState motor_state() const;
     rmd::Status1 status1() const;
     rmd::lk::Status1 lk_status1() const;
-    rmd::myactuator::MotorState shaft_state() const;
     rmd::PhaseCurrents phase_currents() const;
 
-    rmd::Spec spec_;
+    std::unique_ptr<const rmd::Spec> spec_; ///< large and seldom looked at
+    int id_;
     wire::Options options_;
     RmdMemory rom_;
     RmdMemory ram_;
     std::int32_t acceleration_dps_s_ = 0;
     std::uint8_t latched_errors_ = 0;
+    bool was_on_ = false; ///< ever
     RmdMotor motor_;
     double iq_a_; ///< amperes per raw unit of `iq`
+    Moment told_{};
+    Moment last_{}; ///< at the frame before
     std::uint32_t flash_writes_ = 0;
 };
+
+static_assert(sizeof(RmdDevice) < 2048);
 
 } // namespace sinew::sim

@@ -44,7 +44,7 @@ RmdLimits RmdDevice::tool_limits() const
 RmdLimits RmdDevice::limits(std::uint16_t max_speed) const
 {
     RmdLimits out = tool_limits();
-    out.velocity_rad_s = units::rad(max_speed * spec_.profile.max_speed_lsb_dps);
+    out.velocity_rad_s = units::rad(max_speed * spec_->profile.max_speed_lsb_dps);
     return out;
 }
 
@@ -61,10 +61,10 @@ double RmdDevice::inside_max_angle_rad(double multi_turn_rad) const
 
 double RmdDevice::current_a(const wire::MessageInfo& message, std::string_view name, std::int64_t raw) const
 {
-    const std::span own(spec_.overrides.data(), spec_.override_count);
+    const std::span own(spec_->overrides.data(), spec_->override_count);
     for (const wire::Field& field : message.request.fields)
         if (field.name == name) {
-            const wire::Reading reading = wire::reading(message, field, spec_.profile.line.overrides, own);
+            const wire::Reading reading = wire::reading(message, field, spec_->profile.line.overrides, own);
             if (reading.scale != wire::by_model)
                 return reading.physical(raw);
         }
@@ -76,25 +76,26 @@ double RmdDevice::current_a(const wire::MessageInfo& message, std::string_view n
 Handled<rmd::TorqueOpenLoop> RmdDevice::handle(const rmd::TorqueOpenLoop& m)
 {
     motor_.drive(m.power / full_power);
-    return rmd::OpenLoopState{temperature(), m.power, speed_dps(), motor_.encoder()};
+    const rmd::MotorState& state = told().motor;
+    return rmd::OpenLoopState{state.temperature, m.power, state.speed, state.encoder};
 }
 
 Handled<rmd::TorqueClosedLoop> RmdDevice::handle(const rmd::TorqueClosedLoop& m)
 {
     motor_.push(current_a(wire::info_of<rmd::TorqueClosedLoop>, "iq", m.iq));
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::gyems::TorqueClosedLoop> RmdDevice::handle(const rmd::gyems::TorqueClosedLoop& m)
 {
     motor_.push(current_a(wire::info_of<rmd::gyems::TorqueClosedLoop>, "iq_control", m.iq_control));
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::myactuator::TorqueClosedLoop> RmdDevice::handle(const rmd::myactuator::TorqueClosedLoop& m)
 {
     motor_.push(current_a(wire::info_of<rmd::myactuator::TorqueClosedLoop>, "iq", m.iq));
-    return shaft_state();
+    return told().shaft;
 }
 
 Handled<rmd::MultiMotorTorque> RmdDevice::handle(const rmd::MultiMotorTorque& m)
@@ -103,7 +104,7 @@ Handled<rmd::MultiMotorTorque> RmdDevice::handle(const rmd::MultiMotorTorque& m)
     const std::array<std::int16_t, 4> raw = {m.iq_1, m.iq_2, m.iq_3, m.iq_4};
     const auto mine = static_cast<std::size_t>(id() - 1);
     motor_.push(current_a(wire::info_of<rmd::MultiMotorTorque>, names[mine], raw[mine]));
-    return motor_state();
+    return told().motor;
 }
 
 // ---- speed: no MaxSpeed in the manual (L828), but in LK-Tech's ----
@@ -111,10 +112,10 @@ Handled<rmd::MultiMotorTorque> RmdDevice::handle(const rmd::MultiMotorTorque& m)
 Handled<rmd::SpeedClosedLoop> RmdDevice::handle(const rmd::SpeedClosedLoop& m)
 {
     RmdLimits most = tool_limits();
-    if (spec_.profile.dialect != rmd::Dialect::lk)
+    if (spec_->profile.dialect != rmd::Dialect::lk)
         most.velocity_rad_s = std::numeric_limits<double>::infinity();
     motor_.turn(speed_rad_s(m.speed), most);
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::lk::SpeedClosedLoopTorque> RmdDevice::handle(const rmd::lk::SpeedClosedLoopTorque& m)
@@ -122,7 +123,7 @@ Handled<rmd::lk::SpeedClosedLoopTorque> RmdDevice::handle(const rmd::lk::SpeedCl
     RmdLimits most = tool_limits();
     most.current_a = current_a(wire::info_of<rmd::lk::SpeedClosedLoopTorque>, "iq", m.iq);
     motor_.turn(speed_rad_s(m.speed), most);
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::lk_2_36::SpeedClosedLoop> RmdDevice::handle(const rmd::lk_2_36::SpeedClosedLoop& m)
@@ -130,13 +131,13 @@ Handled<rmd::lk_2_36::SpeedClosedLoop> RmdDevice::handle(const rmd::lk_2_36::Spe
     RmdLimits most = tool_limits();
     most.current_a = current_a(wire::info_of<rmd::lk_2_36::SpeedClosedLoop>, "iq", m.iq);
     motor_.turn(speed_rad_s(m.speed), most);
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::myactuator::SpeedClosedLoop> RmdDevice::handle(const rmd::myactuator::SpeedClosedLoop& m)
 {
     motor_.turn(speed_rad_s(m.speed), tool_limits());
-    return shaft_state();
+    return told().shaft;
 }
 
 // ---- position ----
@@ -144,62 +145,62 @@ Handled<rmd::myactuator::SpeedClosedLoop> RmdDevice::handle(const rmd::myactuato
 Handled<rmd::MultiLoopAngle> RmdDevice::handle(const rmd::MultiLoopAngle& m)
 {
     motor_.go_to(inside_max_angle_rad(angle_rad(m.angle)), tool_limits());
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::MultiLoopAngleSpeed> RmdDevice::handle(const rmd::MultiLoopAngleSpeed& m)
 {
     motor_.go_to(inside_max_angle_rad(angle_rad(m.angle)), limits(m.max_speed));
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::myactuator::MultiLoopAngleSpeed> RmdDevice::handle(const rmd::myactuator::MultiLoopAngleSpeed& m)
 {
     motor_.go_to(inside_max_angle_rad(angle_rad(m.angle)), limits(m.max_speed));
-    return shaft_state();
+    return told().shaft;
 }
 
 Handled<rmd::SingleLoopAngle> RmdDevice::handle(const rmd::SingleLoopAngle& m)
 {
     motor_.go_to_single(angle_rad(m.angle), m.spin_direction == rmd::Spin::clockwise, tool_limits());
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::lk::SingleLoopAngle> RmdDevice::handle(const rmd::lk::SingleLoopAngle& m)
 {
     motor_.go_to_single(angle_rad(m.angle), m.spin_direction == rmd::Spin::clockwise, tool_limits());
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::SingleLoopAngleSpeed> RmdDevice::handle(const rmd::SingleLoopAngleSpeed& m)
 {
     motor_.go_to_single(angle_rad(m.angle), m.spin_direction == rmd::Spin::clockwise, limits(m.max_speed));
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::lk::SingleLoopAngleSpeed> RmdDevice::handle(const rmd::lk::SingleLoopAngleSpeed& m)
 {
     motor_.go_to_single(angle_rad(m.angle), m.spin_direction == rmd::Spin::clockwise, limits(m.max_speed));
-    return motor_state();
+    return told().motor;
 }
 
 // GUESS (R29): MaxSpeed limits A7 as well.
 Handled<rmd::IncrementAngle> RmdDevice::handle(const rmd::IncrementAngle& m)
 {
     motor_.go_on(angle_rad(m.angle), tool_limits());
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::IncrementAngleSpeed> RmdDevice::handle(const rmd::IncrementAngleSpeed& m)
 {
     motor_.go_on(angle_rad(m.angle), limits(m.max_speed));
-    return motor_state();
+    return told().motor;
 }
 
 Handled<rmd::myactuator::IncrementAngleSpeed> RmdDevice::handle(const rmd::myactuator::IncrementAngleSpeed& m)
 {
     motor_.go_on(angle_rad(m.angle), limits(m.max_speed));
-    return shaft_state();
+    return told().shaft;
 }
 
 } // namespace sinew::sim

@@ -9,8 +9,6 @@
 namespace sinew::sim {
 namespace {
 
-constexpr std::uint8_t low_voltage = 1U << 0; // L567-574
-constexpr std::uint8_t over_temperature = 1U << 3;
 constexpr std::uint8_t motor_is_off = 0x10;
 
 template <class T>
@@ -42,7 +40,7 @@ Handled<rmd::ReadEncoder> RmdDevice::handle(const rmd::ReadEncoder&)
 Handled<rmd::WriteEncoderOffset> RmdDevice::handle(const rmd::WriteEncoderOffset& m)
 {
     rom_.encoder_offset = m.encoder_offset;
-    if (spec_.device.encoder_offset_effect == rmd::OffsetEffect::at_once)
+    if (spec_->device.encoder_offset_effect == rmd::OffsetEffect::at_once)
         motor_.set_encoder_offset(m.encoder_offset);
     return rmd::EncoderOffset{m.encoder_offset};
 }
@@ -101,40 +99,46 @@ std::int16_t RmdDevice::speed_dps() const
 std::int16_t RmdDevice::iq() const
 {
     const double raw = plant_.current_a() / iq_a_;
-    if (spec_.profile.iq_in_centiamperes)
+    if (spec_->profile.iq_in_centiamperes)
         return saturated<std::int16_t>(raw);
-    const double most = spec_.model->iq == rmd::Iq::power ? 1000.0 : 2048.0;
+    const double most = spec_->model->iq == rmd::Iq::power ? 1000.0 : 2048.0;
     return saturated<std::int16_t>(std::clamp(raw, -most, most));
 }
 
 std::uint8_t RmdDevice::errors() const
 {
-    const bool low = supply_v() < spec_.device.low_voltage_v;
-    const bool hot = plant_.winding_c() >= spec_.device.temperature_limit_c;
-    return static_cast<std::uint8_t>((low ? low_voltage : 0) | (hot ? over_temperature : 0));
+    const bool low = supply_v() < spec_->device.low_voltage_v;
+    const bool high = supply_v() > spec_->device.over_voltage_v;
+    const bool hot = plant_.winding_c() >= spec_->device.temperature_limit_c;
+    return static_cast<std::uint8_t>((low ? rmd_low_voltage : 0) | (high ? rmd_high_voltage : 0) |
+                                     (hot ? rmd_over_temperature : 0));
 }
 
-rmd::MotorState RmdDevice::motor_state() const
+// The manual calls the other bits invalid (L567-574).
+std::uint8_t RmdDevice::told_errors() const
 {
-    return {temperature(), iq(), speed_dps(), motor_.encoder()};
+    const bool two = spec_->profile.error_bits == rmd::ErrorBits::two;
+    return two ? latched_errors_ & (rmd_low_voltage | rmd_over_temperature) : latched_errors_;
 }
 
-rmd::myactuator::MotorState RmdDevice::shaft_state() const
+RmdDevice::Moment RmdDevice::moment() const
 {
-    return {temperature(), iq(), speed_dps(), saturated<std::int16_t>(units::deg(motor_.multi_turn_rad()))};
+    const auto turned = saturated<std::int16_t>(units::deg(motor_.multi_turn_rad()));
+    return {.motor = {temperature(), iq(), speed_dps(), motor_.encoder()},
+            .shaft = {temperature(), iq(), speed_dps(), turned}};
 }
 
 rmd::Status1 RmdDevice::status1() const
 {
-    const double voltage = supply_v() / spec_.profile.voltage_lsb_v;
-    return {temperature(), saturated<std::uint16_t>(voltage), static_cast<std::uint8_t>(latched_errors_)};
+    const double voltage = supply_v() / spec_->profile.voltage_lsb_v;
+    return {temperature(), saturated<std::uint16_t>(voltage), told_errors()};
 }
 
 rmd::lk::Status1 RmdDevice::lk_status1() const
 {
-    const double voltage = supply_v() / spec_.profile.voltage_lsb_v;
+    const double voltage = supply_v() / spec_->profile.voltage_lsb_v;
     return {temperature(), saturated<std::int16_t>(voltage), saturated<std::int16_t>(plant_.current_a() / 0.01),
-            motor_.is_off() ? motor_is_off : std::uint8_t{0}, static_cast<std::uint8_t>(latched_errors_)};
+            motor_.is_off() ? motor_is_off : std::uint8_t{0}, told_errors()};
 }
 
 Handled<rmd::ReadStatus1> RmdDevice::handle(const rmd::ReadStatus1&)
@@ -180,18 +184,18 @@ Handled<rmd::lk_2_36::ClearError> RmdDevice::handle(const rmd::lk_2_36::ClearErr
 
 Handled<rmd::ReadStatus2> RmdDevice::handle(const rmd::ReadStatus2&)
 {
-    return motor_state();
+    return moment().motor;
 }
 
 Handled<rmd::myactuator::ReadStatus2> RmdDevice::handle(const rmd::myactuator::ReadStatus2&)
 {
-    return shaft_state();
+    return moment().shaft;
 }
 
 // ASSUMED: the rotor always stands where phase A carries the whole torque current.
 rmd::PhaseCurrents RmdDevice::phase_currents() const
 {
-    const double given = spec_.phase_current_a();
+    const double given = spec_->phase_current_a();
     const double raw = plant_.current_a() / (given > 0.0 ? given : iq_a_);
     const auto other = saturated<std::int16_t>(-raw / 2.0);
     return {saturated<std::int16_t>(raw), other, other};

@@ -3,6 +3,7 @@
 #include "sinew/base/units.hpp"
 #include "sinew/sim/firmware/bench_for_tests.hpp"
 #include "sinew/sim/firmware/ratings.hpp"
+#include "tests/support/covers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +12,8 @@
 
 namespace sinew::sim {
 namespace {
+
+using test::covers;
 
 using namespace std::chrono_literals;
 using RmdBench = Bench<RmdDevice>;
@@ -28,6 +31,7 @@ rmd::Spec spec_of(std::string_view line = "rmd-2.35", std::string_view model = "
 
 TEST(RmdDevice, AnswersEveryMessageOfEveryLineWithOneFrame)
 {
+    covers("C 1");
     for (const rmd::Profile& profile : rmd::profiles())
         for (const auto* message : profile.line.messages) {
             const rmd::Spec spec = spec_of(profile.line.name);
@@ -49,6 +53,7 @@ TEST(RmdDevice, AnswersEveryMessageOfEveryLineWithOneFrame)
 
 TEST(RmdDevice, IsSilentAboutAnUnknownCommandAnotherIdAndAFrameThatIsNotEightBytesLong)
 {
+    covers("C 19");
     RmdBench bench(spec_of());
     EXPECT_FALSE(bench.device.hear({.can_id = 0x142, .size = 8, .data = {0x77}}, bench.now));
     EXPECT_FALSE(bench.device.hear({.can_id = 0x143, .size = 8, .data = {0x9A}}, bench.now));
@@ -58,6 +63,7 @@ TEST(RmdDevice, IsSilentAboutAnUnknownCommandAnotherIdAndAFrameThatIsNotEightByt
 
 TEST(RmdDevice, AnswersClearErrorAsItsProfileSays)
 {
+    covers("C 10");
     auto spec = spec_of();
     EXPECT_EQ(RmdBench(spec).send(rmd::ClearError{})->frame.data[0], 0x9A);
     spec.profile.clear_error_reply = rmd::ClearErrorReply::own_9b;
@@ -66,6 +72,7 @@ TEST(RmdDevice, AnswersClearErrorAsItsProfileSays)
 
 TEST(RmdDevice, OfTheFirstFourIdsHearsTheMultiMotorFrame)
 {
+    covers("C 16");
     const rmd::MultiMotorTorque message{.iq_1 = 0, .iq_2 = 500, .iq_3 = 0, .iq_4 = 0};
     RmdBench second(spec_of());
     const auto answer = second.send(message);
@@ -82,6 +89,7 @@ TEST(RmdDevice, OfTheFirstFourIdsHearsTheMultiMotorFrame)
 
 TEST(RmdDevice, ForgetsRamParametersAtPowerOffAndKeepsRomOnes)
 {
+    covers("C 4");
     RmdBench bench(spec_of());
     const auto angle_pid = bench.ask(rmd::ReadParameter{ParameterId::angle_pid}).value;
     bench.ask(rmd::WriteParameterRam{ParameterId::angle_pid, 0x0003'0002'0001});
@@ -98,6 +106,7 @@ TEST(RmdDevice, ForgetsRamParametersAtPowerOffAndKeepsRomOnes)
 
 TEST(RmdDevice, KeepsAllNineParametersApart)
 {
+    covers("C 4");
     RmdBench bench(spec_of());
     for (const auto& variant : rmd::parameters)
         bench.ask(rmd::WriteParameterRam{static_cast<ParameterId>(variant.selector),
@@ -121,6 +130,7 @@ TEST(RmdDevice, KeepsGainsOfTheOldLineInTheirBytes)
 
 TEST(RmdAngles, CountTurnsAndLoseThemAtPowerOff)
 {
+    covers("C 9");
     RmdBench bench(spec_of());
     bench.ask(rmd::MultiLoopAngle{.angle = -100'000});
     bench.run(10s);
@@ -145,6 +155,7 @@ TEST(RmdAngles, EncoderHasTheBitsOfItsProfile)
 
 TEST(RmdAngles, EncoderOffsetCountsAtOnceOrAtPowerOn)
 {
+    covers("C 6");
     for (const auto effect : {rmd::OffsetEffect::at_once, rmd::OffsetEffect::at_power_on}) {
         const bool at_once = effect == rmd::OffsetEffect::at_once;
         RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.encoder_offset_effect = effect, .start_rad = units::rad(90.0)}));
@@ -160,6 +171,7 @@ TEST(RmdAngles, EncoderOffsetCountsAtOnceOrAtPowerOn)
 
 TEST(RmdAngles, ZeroInRomCountsOnlyAfterAPowerCycle)
 {
+    covers("C 7");
     RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.start_rad = units::rad(90.0)}));
     EXPECT_EQ(bench.ask(rmd::WriteCurrentPositionZeroRom{}).encoder_offset, 4096);
     EXPECT_EQ(bench.ask(rmd::ReadSingleTurnAngle{}).circle_angle, 9'000);
@@ -170,6 +182,7 @@ TEST(RmdAngles, ZeroInRomCountsOnlyAfterAPowerCycle)
 
 TEST(RmdAngles, ZeroInRamIsGoneAfterAPowerCycle)
 {
+    covers("C 8");
     RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.start_rad = units::rad(90.0)}));
     bench.ask(rmd::SetCurrentPositionZero{});
     EXPECT_EQ(bench.ask(rmd::ReadSingleTurnAngle{}).circle_angle, 0);
@@ -196,6 +209,7 @@ TEST(RmdStates, TellVoltageInTheScaleOfTheLine)
 
 TEST(RmdStates, ShowFaultsWhileTheirCauseLasts)
 {
+    covers("C 10");
     RmdBench low(spec_of("rmd-2.35", "MF", 2, {.supply_v = 6.5}));
     EXPECT_EQ(low.ask(rmd::ReadStatus1{}).error_state, 1);
     EXPECT_EQ(low.ask(rmd::ClearError{}).error_state, 1);
@@ -214,6 +228,7 @@ TEST(RmdStates, TellWhetherTheMotorIsOnWhereTheLineDoes)
 
 TEST(RmdStates, TellCurrentsInTheScaleOfModelAndLine)
 {
+    covers("C 11");
     RmdBench mf(spec_of("rmd-2.35", "MF"));
     RmdBench mg(spec_of("rmd-2.35", "MG"));
     RmdBench x(spec_of("myactuator-3", "MG"));

@@ -10,6 +10,11 @@
 /// GUESSES.
 namespace sinew::sim {
 
+// Bits of the error state; lines of two have only the outer ones (L567-574, field notes 1).
+inline constexpr std::uint8_t rmd_low_voltage = 1U << 0;
+inline constexpr std::uint8_t rmd_high_voltage = 1U << 1;
+inline constexpr std::uint8_t rmd_over_temperature = 1U << 3;
+
 /// One copy of the memory, RAM or ROM.
 struct RmdMemory {
     std::array<std::uint64_t, std::size(rmd::parameters)> parameters{}; ///< data bytes 2 to 7

@@ -26,13 +26,14 @@ RmdMotor::RmdMotor(const rmd::Spec& spec, Plant& plant)
 {
 }
 
-void RmdMotor::power_on(std::uint16_t encoder_offset)
+void RmdMotor::power_on(std::uint16_t encoder_offset, bool turns_kept)
 {
     state_ = State::on;
     order_ = {};
     encoder_offset_ = encoder_offset;
     single_turn_zero_rad_ = offset_rad();
-    multi_turn_zero_rad_ = plant_.position_rad() - wrapped(plant_.position_rad() - offset_rad());
+    if (!turns_kept)
+        multi_turn_zero_rad_ = plant_.position_rad() - wrapped(plant_.position_rad() - offset_rad());
     act();
 }
 
@@ -52,16 +53,15 @@ void RmdMotor::push(double current_a)
 
 void RmdMotor::drive(double share)
 {
-    accept({.kind = Kind::power,
-            .value = share * servo_.rating().velocity_max_rad_s,
-            .acceleration_rad_s2 = servo_.rating().acceleration_max_rad_s2});
+    accept({.kind = Kind::power, .value = share});
 }
 
 void RmdMotor::turn(double velocity_rad_s, const RmdLimits& limits)
 {
     accept({.kind = Kind::speed,
             .value = std::clamp(velocity_rad_s, -limits.velocity_rad_s, limits.velocity_rad_s),
-            .acceleration_rad_s2 = acceleration(limits)});
+            .acceleration_rad_s2 = acceleration(limits),
+            .current_a = limits.current_a});
 }
 
 void RmdMotor::go_to(double multi_turn_rad, const RmdLimits& limits)
@@ -69,7 +69,8 @@ void RmdMotor::go_to(double multi_turn_rad, const RmdLimits& limits)
     accept({.kind = Kind::position,
             .value = multi_turn_zero_rad_ + multi_turn_rad,
             .velocity_rad_s = limits.velocity_rad_s,
-            .acceleration_rad_s2 = acceleration(limits)});
+            .acceleration_rad_s2 = acceleration(limits),
+            .current_a = limits.current_a});
 }
 
 void RmdMotor::go_to_single(double single_turn_rad, bool clockwise, const RmdLimits& limits)
@@ -106,9 +107,11 @@ void RmdMotor::act()
         return;
     }
     if (state_ == State::stopped) {
+        servo_.limit_current(servo_.rating().current_max_a);
         servo_.turn(0.0, servo_.rating().acceleration_max_rad_s2);
         return;
     }
+    servo_.limit_current(order_.current_a);
     switch (order_.kind) {
     case Kind::nothing:
         servo_.release();
@@ -117,6 +120,8 @@ void RmdMotor::act()
         servo_.push(order_.value);
         break;
     case Kind::power:
+        servo_.drive(order_.value);
+        break;
     case Kind::speed:
         servo_.turn(order_.value, order_.acceleration_rad_s2);
         break;

@@ -26,12 +26,13 @@ public:
     void control() { servo_.control(); }
     /// On, without an order (LK V2.35). The turn counter is lost: both angles start inside one turn from the offset
     /// (R38).
-    void power_on(std::uint16_t encoder_offset);
+    /// `turns_kept`: the multi-turn angle goes on as it was.
+    void power_on(std::uint16_t encoder_offset, bool turns_kept);
 
     // ---- orders; in the off state they wait for `run`, or switch the motor on, as the profile says (R30) ----
 
     void push(double current_a);
-    void drive(double share); ///< of the greatest voltage, -1 … 1: the speed it would reach without a load
+    void drive(double share); ///< of the supply voltage, -1 … 1
     void turn(double velocity_rad_s, const RmdLimits& limits);
     void go_to(double multi_turn_rad, const RmdLimits& limits);
     /// Inside one turn, in the given direction until the angle fits (R28).
@@ -66,9 +67,10 @@ private:
 
     struct Order {
         Kind kind = Kind::nothing;
-        double value = 0.0; ///< A, rad/s, or the plant's own position
+        double value = 0.0; ///< A, share, rad/s, or the plant's own position
         double velocity_rad_s = 0.0;
         double acceleration_rad_s2 = 0.0;
+        double current_a = std::numeric_limits<double>::infinity();
     };
 
     void accept(const Order& order);
