@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sinew::sim {
@@ -332,6 +333,74 @@ TEST(NuriMotion, InvertsItsDirectionOfControl)
     bench.run(5s);
     EXPECT_NEAR(bench.device.look().position_rad, units::rad(-10.0), rest_rad);
     EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position_direction, counter_clockwise);
+}
+
+TEST(NuriDevice, FramesItsAnswerWithTheNegatedSum)
+{
+    covers("B 1");
+    NuriBench bench(spec_of());
+    const wire::Frame frame = bench.send(nuri::RequestResponseTimeFeedback{})->frame;
+    // FF FE, ID 3, size 3, checksum, mode 0xD5, value 1: ~(03 + 03 + D5 + 01)
+    EXPECT_EQ(frame.size, 7);
+    EXPECT_EQ(frame.data[0], 0xFF);
+    EXPECT_EQ(frame.data[1], 0xFE);
+    EXPECT_EQ(frame.data[2], 3);
+    EXPECT_EQ(frame.data[3], 3);
+    EXPECT_EQ(frame.data[4], static_cast<std::uint8_t>(~(3 + 3 + frame.data[5] + 1)));
+    EXPECT_EQ(frame.data[6], 1);
+}
+
+TEST(NuriMotion, DrawsNoMoreThanTheRatedCurrentOfItsController)
+{
+    covers("B 7");
+    NuriBench bench(spec_of());
+    bench.send(nuri::SetPositionController{
+        .position_kp = 100, .position_ki = 10, .position_kd = 10, .position_rated_current = 3});
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 18'000, 400});
+    double most = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+        bench.run(1ms);
+        most = std::max(most, std::abs(bench.device.look().current_a));
+    }
+    EXPECT_LE(most, 0.3 + 1e-9);
+    EXPECT_GT(most, 0.2);
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(180.0), rest_rad);
+}
+
+TEST(NuriMotion, GivesWayTheFurtherTheSmallerKp)
+{
+    covers("B 7");
+    double way[2] = {};
+    for (const bool soft : {false, true}) {
+        NuriBench bench(spec_of());
+        bench.send(nuri::SetPositionController{.position_kp = static_cast<std::uint8_t>(soft ? 10 : 100),
+                                               .position_ki = 0,
+                                               .position_kd = 10,
+                                               .position_rated_current = 10});
+        bench.send(nuri::PositionSpeedControl{counter_clockwise, 0, 100});
+        bench.device.plant().push(1.0);
+        bench.run(2s);
+        way[soft] = bench.device.look().position_rad;
+    }
+    // Friction holds against a part of the push, the same in both.
+    EXPECT_GT(way[0], 0.0);
+    EXPECT_NEAR(way[1] / way[0], 10.0, 1.0);
+}
+
+TEST(NuriMotion, GoesOnSlowlyWhenItComesFree)
+{
+    NuriBench bench(spec_of());
+    bench.device.plant().jam(true);
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 9000, 50});
+    bench.run(3s);
+    bench.device.plant().jam(false);
+    double most = 0.0;
+    for (int i = 0; i < 5000; ++i) {
+        bench.run(1ms);
+        most = std::max(most, bench.device.look().velocity_rad_s);
+    }
+    EXPECT_LT(most, 2.0 * units::rad_s_from_rpm(5.0));
+    EXPECT_NEAR(bench.device.look().position_rad, units::rad(90.0), rest_rad);
 }
 
 } // namespace

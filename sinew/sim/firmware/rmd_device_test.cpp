@@ -244,5 +244,108 @@ TEST(RmdStates, TellCurrentsInTheScaleOfModelAndLine)
     EXPECT_EQ(x.ask(rmd::myactuator::ReadStatus2{}).iq, 100);
 }
 
+TEST(RmdStates, ASecondLookDoesNotClearAFaultButTheCommandDoesOnceItsCauseIsGone)
+{
+    covers("C 10");
+    RmdBench bench(spec_of());
+    bench.supply(6.5);
+    bench.run(2ms);
+    bench.supply(24.0);
+    bench.run(2ms);
+    EXPECT_EQ(bench.ask(rmd::ReadStatus1{}).error_state, 1);
+    EXPECT_EQ(bench.device.look().faults, "low voltage");
+    EXPECT_EQ(bench.ask(rmd::ClearError{}).error_state, 0);
+    EXPECT_EQ(bench.device.look().faults, "");
+}
+
+TEST(RmdStates, HaveTheLimitsOfTheSettingTool)
+{
+    covers("C 18");
+    const rmd::DeviceOptions tool;
+    EXPECT_EQ(tool.temperature_limit_c, 100.0);
+    EXPECT_EQ(tool.low_voltage_v, 7.0);
+    EXPECT_EQ(tool.over_voltage_v, 26.0);
+    RmdBench high(spec_of("lk-2.36", "MF", 2, {.supply_v = 26.5}));
+    EXPECT_EQ(high.ask(rmd::lk_2_36::ReadStatus1{}).error_state, 2);
+    // The manual has no bit for it (L567-574).
+    RmdBench manual(spec_of("rmd-2.35", "MF", 2, {.supply_v = 26.5}));
+    EXPECT_EQ(manual.ask(rmd::ReadStatus1{}).error_state, 0);
+    EXPECT_EQ(manual.device.look().faults, "high voltage");
+}
+
+TEST(RmdStates, AHotMotorStopsUntilItIsCoolAndClearedUnlessBuiltNotTo)
+{
+    covers("C 18");
+    for (const bool stops : {true, false}) {
+        RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.stops_on_fault = stops}));
+        bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+        bench.run(500ms);
+        bench.device.plant().heat_to(120.0);
+        bench.run(3s);
+        EXPECT_EQ(bench.device.look().velocity_rad_s == 0.0, stops);
+        EXPECT_EQ(bench.ask(rmd::ClearError{}).error_state, 8);
+        bench.device.plant().heat_to(40.0);
+        bench.ask(rmd::ClearError{});
+        bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+        bench.run(500ms);
+        EXPECT_GT(bench.device.look().velocity_rad_s, 6.0);
+    }
+}
+
+TEST(RmdDevice, TakesItsIdFromTheSwitchesOfItsBoard)
+{
+    covers("C 2");
+    RmdBench bench(spec_of());
+    EXPECT_TRUE(bench.device.set_dip(8));
+    EXPECT_TRUE(bench.send(8, rmd::ReadStatus1{}));
+    EXPECT_FALSE(bench.send(2, rmd::ReadStatus1{}));
+    EXPECT_FALSE(bench.device.set_dip(0));
+    EXPECT_FALSE(bench.device.set_dip(9));
+    EXPECT_EQ(bench.device.id(), 8);
+}
+
+TEST(RmdDevice, SendsTheLowByteFirst)
+{
+    covers("C 3");
+    RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.start_rad = units::rad(258.0)}));
+    const auto data = bench.send(rmd::ReadMultiTurnAngle{})->frame.data;
+    EXPECT_EQ(data[1], 0xC8); // 25800 = 0x64C8
+    EXPECT_EQ(data[2], 0x64);
+    EXPECT_EQ(data[3], 0);
+}
+
+TEST(RmdDevice, AnswersTheMultiMotorFrameEarlierTheLowerItsId)
+{
+    covers("C 16");
+    Duration before{};
+    for (const int id : {1, 2, 3, 4}) {
+        const auto answer = RmdBench(spec_of("rmd-2.35", "MF", id)).send(rmd::MultiMotorTorque{});
+        ASSERT_TRUE(answer);
+        EXPECT_GT(answer->delay, before);
+        before = answer->delay;
+    }
+}
+
+TEST(RmdDevice, EchoesAnUnknownCommandWhenBuiltSo)
+{
+    covers("C 19");
+    RmdBench bench(spec_of("lk-2.36", "MF", 2, {.echoes_unknown = true}));
+    const auto answer = bench.device.hear({.can_id = 0x142, .size = 8, .data = {0x77}}, bench.now);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->frame.can_id, 0x182U);
+    EXPECT_EQ(answer->frame.data[0], 0x77);
+    EXPECT_FALSE(bench.device.hear({.can_id = 0x143, .size = 8, .data = {0x77}}, bench.now));
+}
+
+TEST(RmdAngles, KeepTheirTurnsAtPowerOffWhenBuiltSo)
+{
+    covers("C 19");
+    RmdBench bench(spec_of("rmd-2.35", "MF", 2, {.turns_kept = true}));
+    bench.ask(rmd::MultiLoopAngle{.angle = -100'000});
+    bench.run(10s);
+    bench.device.power_cycle();
+    EXPECT_NEAR(static_cast<double>(bench.ask(rmd::ReadMultiTurnAngle{}).angle), -100'000, 1);
+}
+
 } // namespace
 } // namespace sinew::sim

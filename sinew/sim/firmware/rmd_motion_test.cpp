@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sinew::sim {
@@ -227,6 +228,47 @@ TEST(RmdMotion, StartsAgainAtASystemReset)
     EXPECT_FALSE(bench.send(rmd::myactuator::SystemReset{}));
     bench.run(10s);
     EXPECT_EQ(degrees_per_second(bench), 0.0);
+}
+
+TEST(RmdMotion, LimitsTheCurrentOfEveryLoopButTorqueByMaxTorqueCurrent)
+{
+    covers("C 13");
+    constexpr std::int16_t raw = 40; // 0.32 A of the 3 A that the supply can give
+    const auto greatest = [](const auto& order) {
+        RmdBench bench(spec_of());
+        bench.ask(rmd::WriteParameterRam{rmd::ParameterId::max_torque_current, raw});
+        bench.ask(order);
+        double most = 0.0;
+        for (int i = 0; i < 100; ++i) {
+            bench.run(1ms);
+            most = std::max(most, std::abs(bench.device.look().current_a));
+        }
+        return most;
+    };
+    const double limit = raw * 16.5 / 2048 * (1 + 1e-9);
+    for (const double most :
+         {greatest(rmd::SpeedClosedLoop{.speed = 100'000}), greatest(rmd::MultiLoopAngle{.angle = 90'000}),
+          greatest(rmd::MultiLoopAngleSpeed{.max_speed = 60'000, .angle = 90'000}),
+          greatest(rmd::SingleLoopAngle{.spin_direction = clockwise, .angle = 27'000}),
+          greatest(rmd::SingleLoopAngleSpeed{.spin_direction = clockwise, .max_speed = 60'000, .angle = 27'000}),
+          greatest(rmd::IncrementAngle{.angle = 90'000}),
+          greatest(rmd::IncrementAngleSpeed{.max_speed = 60'000, .angle = 90'000})}) {
+        EXPECT_LE(most, limit);
+        EXPECT_GT(most, 0.5 * limit);
+    }
+    EXPECT_GT(greatest(rmd::TorqueClosedLoop{.iq = 124}), 2.0 * limit);
+    EXPECT_GT(greatest(rmd::TorqueOpenLoop{.power = 850}), 2.0 * limit);
+}
+
+TEST(RmdMotion, TellsTheStateOfTheFrameBeforeWhenItLags)
+{
+    for (const bool lags : {false, true}) {
+        RmdBench bench(spec_of("rmd-2.35", {.reply_lag = lags}));
+        bench.ask(rmd::SpeedClosedLoop{.speed = 36'000});
+        bench.run(1s);
+        EXPECT_EQ(bench.ask(rmd::SpeedClosedLoop{.speed = 36'000}).speed, lags ? 0 : 360);
+        EXPECT_EQ(bench.ask(rmd::SpeedClosedLoop{.speed = 36'000}).speed, 360);
+    }
 }
 
 } // namespace
