@@ -3,35 +3,9 @@
 #include <algorithm>
 
 namespace sinew::bus {
-namespace {
-
-constexpr std::int64_t uart_bits_per_byte = 10; // start, 8 data, stop
-/// A standard frame with n data bytes: 44 + 8n bits, at most (34 + 8n - 1) / 4 stuffed ones, 3 between frames.
-constexpr std::int64_t can_bits(std::size_t bytes)
-{
-    const auto n = static_cast<std::int64_t>(8 * bytes);
-    return 44 + n + (33 + n) / 4 + 3;
-}
-
-} // namespace
-
 Conversation::Conversation(const wire::Protocol& protocol, Line line, Settings settings)
     : protocol_(protocol), line_(line), settings_(settings), margin_(settings.margin_at_first)
 {
-}
-
-Duration Conversation::bits(std::size_t bytes) const
-{
-    if (line_.bit_rate == 0)
-        return Duration{};
-    const auto count = line_.can ? can_bits(bytes) : uart_bits_per_byte * static_cast<std::int64_t>(bytes);
-    return bit_time(count, line_.bit_rate);
-}
-
-Duration Conversation::wire_time(const wire::Request& request) const
-{
-    const auto replies = request.message->request.layout->can_fixed ? 4 : 1;
-    return bits(request.frame.size) + (request.answered ? replies * bits(request.message->reply.size) : Duration{});
 }
 
 void Conversation::begin(std::span<const wire::Request> requests, std::span<Result> results)
@@ -66,6 +40,15 @@ void Conversation::abandon(const Error& error, TimePoint now)
     }
 }
 
+void Conversation::distrust(TimePoint now)
+{
+    buffered_ = 0;
+    if (protocol_.bare_replies())
+        quarantine(now);
+    else
+        doubtful_until_ = now + settings_.late_max;
+}
+
 Conversation::Next Conversation::next(TimePoint now)
 {
     return line_.can ? next_can(now) : next_serial(now);
@@ -92,8 +75,8 @@ void Conversation::transmitted(TimePoint now)
     // On CAN the answers of all that is outstanding share the wire with this one.
     const auto outstanding =
         line_.can ? std::max<std::int64_t>(1, std::ranges::count(results_, Result::Stage::sent, &Result::stage)) : 1;
-    result.deadline =
-        now + outstanding * wire_time(request) + (request.answered ? request.response_time + margin_ : Duration{});
+    result.deadline = now + outstanding * predict(line_, request).wire() +
+                      (request.answered ? request.response_time + margin_ : Duration{});
 }
 
 Conversation::Next Conversation::next_serial(TimePoint now)
@@ -290,7 +273,8 @@ void Conversation::finish(const wire::Request& request, Result& result, TimePoin
         counters->replies += result.reply_count;
         counters->add_round_trip(took);
     }
-    learn(took - wire_time(request) - request.response_time);
+    learn(took - predict(line_, request).wire() - request.response_time);
+    result.possibly_older = at <= doubtful_until_;
     for (const auto& timeout : timeouts_)
         if (timeout.id == request.id && timeout.message == request.message && at <= timeout.until)
             result.possibly_older = true;

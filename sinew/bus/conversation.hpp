@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/bus/counters.hpp"
+#include "sinew/bus/predict.hpp"
 #include "sinew/bus/settings.hpp"
 #include "sinew/wire/protocol.hpp"
 #include "sinew/wire/request.hpp"
@@ -45,11 +46,6 @@ struct Result {
 class Conversation
 {
 public:
-    struct Line {
-        bool can = false;
-        std::uint32_t bit_rate = 0;
-    };
-
     struct Next {
         const wire::Frame* transmit = nullptr; ///< write this whole frame, call `transmitted`, and ask again
         TimePoint deadline{};                  ///< otherwise wait for input until then
@@ -65,6 +61,9 @@ public:
     void transmitted(TimePoint now);
     void received(std::span<const std::uint8_t> bytes, TimePoint at);
     void received(const wire::Frame& frame, TimePoint at);
+    /// The link was opened anew, or what came from it is doubtful for another reason: what has been heard is forgotten,
+    /// a line of bare replies goes into quarantine, and elsewhere answers are marked as possibly older for `late_max`.
+    void distrust(TimePoint now);
     /// Ends everything that is not done with `error`.
     void abandon(const Error& error, TimePoint now);
 
@@ -73,8 +72,6 @@ public:
     Duration margin() const { return margin_; }
     const Counters& counters() const { return total_; }
     const Counters& counters(int id) const { return per_id_[slot_of(id)]; }
-    /// How long request and answer take on the wire alone.
-    Duration wire_time(const wire::Request& request) const;
 
 private:
     struct Timeout {
@@ -84,7 +81,6 @@ private:
     };
 
     static std::size_t slot_of(int id) { return id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256; }
-    Duration bits(std::size_t bytes) const;
     Next next_serial(TimePoint now);
     Next next_can(TimePoint now);
     Next send(const wire::Request& request, Result& result, TimePoint now);
@@ -127,6 +123,7 @@ private:
     int measured_ = 0;
     std::array<Timeout, 8> timeouts_{}; // the latest ones
     std::size_t next_timeout_ = 0;
+    TimePoint doubtful_until_{}; // every answer until then may be an older one
 
     Counters total_{};
     std::array<Counters, 257> per_id_{};

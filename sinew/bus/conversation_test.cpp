@@ -277,6 +277,31 @@ TEST(Conversation, LearnsItsMarginFromTheSlowestAnswers)
     EXPECT_EQ(talk.conversation.margin(), 6ms);
 }
 
+TEST(Conversation, DistrustsALineOfBareRepliesUntilTheDeviceNamesItself)
+{
+    Talk talk(bare);
+    talk.conversation.distrust(talk.now);
+    talk.ask(std::pair{3, fake::BareRead{}});
+    EXPECT_EQ(talk.deadline() - talk.now, settings.late_max);
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
+}
+
+TEST(Conversation, MarksAnswersOfADistrustedLineForAsLongAsAnAnswerCanBeLate)
+{
+    Talk talk(framed);
+    talk.conversation.distrust(talk.now);
+    talk.ask(std::pair{3, fake::Read{}});
+    talk.sent();
+    talk.hear({0x55, 3, 1, 0});
+    EXPECT_TRUE(talk.results[0].good && talk.results[0].possibly_older);
+    talk.now += settings.late_max + 1ns;
+    talk.ask(std::pair{3, fake::Read{}});
+    talk.sent();
+    talk.hear({0x55, 3, 1, 0});
+    EXPECT_FALSE(talk.results[0].possibly_older);
+}
+
 TEST(Conversation, AbandonsWhatIsNotDone)
 {
     Talk talk(framed);

@@ -1,0 +1,77 @@
+#pragma once
+#include "sinew/wire/request.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+/// What the wire allows, from rows alone: how long frames, exchanges and cycles take, and how late a stop can be. Pure
+/// functions; the conversation waits by the same figures. Of the host's own time nothing is in them.
+namespace sinew::bus {
+
+/// A wire as far as time is concerned. Bit rate 0: not known (TCP); then all times on the wire are 0.
+struct Line {
+    bool can = false;
+    std::uint32_t bit_rate = 0;
+};
+
+/// CAN puts a stuff bit behind five equal ones, so the length of a frame depends on what it carries.
+enum class Stuffing : std::uint8_t { least, most };
+
+/// Bits of one frame with so many bytes, to the point where the next one may start. Serial: start, 8 data, stop. CAN:
+/// base format, 44 bits + 8 for each byte + stuff bits + 3 between frames. Source: ISO 11898-1.
+constexpr std::int64_t frame_bits(bool can, std::size_t bytes, Stuffing stuffing = Stuffing::most)
+{
+    const auto data = static_cast<std::int64_t>(8 * bytes);
+    if (!can)
+        return data + 2 * static_cast<std::int64_t>(bytes);
+    return 44 + data + (stuffing == Stuffing::most ? (33 + data) / 4 : 0) + 3;
+}
+
+constexpr Duration frame_time(const Line& line, std::size_t bytes, Stuffing stuffing = Stuffing::most)
+{
+    return line.bit_rate == 0 ? Duration{} : bit_time(frame_bits(line.can, bytes, stuffing), line.bit_rate);
+}
+
+/// One request and what it brings.
+struct Exchange {
+    Duration request{};  ///< its bits
+    Duration response{}; ///< what the device may take before it answers
+    Duration replies{};  ///< their bits, of all devices that answer
+    constexpr Duration wire() const { return request + replies; }
+    constexpr Duration total() const { return request + response + replies; }
+};
+
+/// How many devices may answer a request: RMD's multi-motor frame up to four.
+constexpr int reply_count(const wire::Request& request)
+{
+    if (!request.answered)
+        return 0;
+    return request.message->request.layout->can_fixed ? 4 : 1;
+}
+
+constexpr Exchange predict(const Line& line, const wire::Request& request, Stuffing stuffing = Stuffing::most)
+{
+    const int replies = reply_count(request);
+    return {.request = frame_time(line, request.frame.size, stuffing),
+            .response = replies > 0 ? request.response_time : Duration{},
+            .replies = replies > 0 ? replies * frame_time(line, request.message->reply.size, stuffing) : Duration{}};
+}
+
+/// The shortest time in which the wire carries all requests once: one after the other on serial lines; on CAN back to
+/// back, one outstanding per identifier, so that only the longest chain of response times counts.
+Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, Stuffing stuffing = Stuffing::most);
+
+/// How late a stop is at worst, counted from the moment at which it was asked for.
+struct StopBound {
+    Duration begins{}; ///< the first stop frame starts on the wire
+    Duration first{};  ///< it has ended: where the family has a broadcast, every device knows
+    Duration ends{};   ///< all stop frames and what they bring have ended
+};
+
+/// `running` is the exchange that the stop interrupts, `stop` what goes out then, in this order. Serial lines finish
+/// the request in progress and leave its answer the time it has on the wire, because the answer would garble the stop.
+/// On CAN all frames of the exchange may be queued already.
+StopBound predict_stop(const Line& line, std::span<const wire::Request> running, std::span<const wire::Request> stop);
+
+} // namespace sinew::bus

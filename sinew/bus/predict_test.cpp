@@ -1,0 +1,83 @@
+#include "sinew/bus/predict.hpp"
+
+#include "sinew/bus/fake_family.hpp"
+
+#include <gtest/gtest.h>
+#include <vector>
+
+namespace sinew::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Line serial{.can = false, .bit_rate = 100'000}; // a byte takes 100 µs
+constexpr Line can{.can = true, .bit_rate = 1'000'000};
+
+template <class M>
+wire::Request ask(int id, const M& message, Duration response = {})
+{
+    return *wire::make_request(id, message, {}, response);
+}
+
+TEST(Predict, AByteHasTenBitsAndACanFrameAsManyAsItsStuffingMakes)
+{
+    EXPECT_EQ(frame_bits(false, 7), 70);
+    // ISO 11898-1: 108 bits with eight data bytes, up to 24 stuff bits, 3 between frames.
+    EXPECT_EQ(frame_bits(true, 8, Stuffing::least), 111);
+    EXPECT_EQ(frame_bits(true, 8), 135);
+    EXPECT_EQ(frame_bits(true, 0, Stuffing::least), 47);
+}
+
+TEST(Predict, AnExchangeIsItsBitsBothWaysAndTheResponse)
+{
+    const Exchange one = predict(serial, ask(3, fake::BareRead{}, 2ms));
+    EXPECT_EQ(one.request, 400us);
+    EXPECT_EQ(one.response, 2ms);
+    EXPECT_EQ(one.replies, 200us);
+    EXPECT_EQ(one.total(), 2600us);
+    EXPECT_EQ(one.wire(), 600us);
+    auto unanswered = ask(3, fake::BareRead{}, 2ms);
+    unanswered.answered = false;
+    EXPECT_EQ(predict(serial, unanswered).total(), 400us);
+}
+
+TEST(Predict, ALineWhoseRateNobodyKnowsTakesNoTime)
+{
+    EXPECT_EQ(predict({}, ask(3, fake::Read{})).total(), 0us);
+}
+
+TEST(Predict, ACycleOnASerialLineIsTheSumOfItsExchanges)
+{
+    const std::vector requests{ask(1, fake::Read{}, 1ms), ask(2, fake::Read{}, 3ms)};
+    EXPECT_EQ(predict_cycle(serial, requests), 2 * 800us + 4ms);
+}
+
+TEST(Predict, ACycleOnCanWaitsForTheLongestChainOfResponsesAlone)
+{
+    const std::vector apart{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
+    const Duration frames = 4 * frame_time(can, 2);
+    EXPECT_EQ(predict_cycle(can, apart), frames + 3ms);
+    const std::vector shared{ask(1, fake::CanRead{}, 1ms), ask(1, fake::CanRead{}, 3ms)};
+    EXPECT_EQ(predict_cycle(can, shared), frames + 4ms);
+    EXPECT_LT(predict_cycle(can, apart, Stuffing::least), predict_cycle(can, apart));
+}
+
+TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
+{
+    const std::vector running{ask(1, fake::Read{}, 1ms), ask(2, fake::Read{}, 3ms)};
+    auto broadcast = ask(9, fake::Set{});
+    broadcast.answered = false;
+    const std::vector stop{broadcast, ask(1, fake::Set{}, 1ms)};
+    const StopBound bound = predict_stop(serial, running, stop);
+    EXPECT_EQ(bound.begins, 3ms + 800us);
+    EXPECT_EQ(bound.first, bound.begins + 400us);
+    EXPECT_EQ(bound.ends, bound.begins + 400us + 1800us);
+
+    const std::vector queued{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
+    EXPECT_EQ(predict_stop(can, queued, {}).begins, 4 * frame_time(can, 2));
+    EXPECT_EQ(predict_stop(can, queued, {}).ends, 4 * frame_time(can, 2));
+    EXPECT_EQ(predict_stop(serial, {}, stop).begins, 0ms);
+}
+
+} // namespace
+} // namespace sinew::bus
