@@ -1,10 +1,10 @@
 #include "sinew/link/pty.hpp"
 
+#include "sinew/link/adapter.hpp"
 #include "sinew/link/tty.hpp"
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
@@ -12,8 +12,6 @@
 #include <sys/epoll.h>
 #include <sys/inotify.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
-#include <sys/sysmacros.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
@@ -23,22 +21,6 @@ namespace {
 std::unexpected<Error> refuse(std::string_view what)
 {
     return fail(Errc::link_failed, fmt::format("cannot make a pseudo terminal ({}): {}", what, std::strerror(errno)));
-}
-
-/// Whether somebody holds a flock on the file. Asked of the kernel's list, because trying the lock ourselves would turn
-/// away a program that opens the port at this moment. See proc_locks(5).
-bool is_locked(int fd)
-{
-    struct stat file{};
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> locks{std::fopen("/proc/locks", "re"), &std::fclose};
-    if (::fstat(fd, &file) != 0 || !locks)
-        return false;
-    const std::string wanted = fmt::format(" {:02x}:{:02x}:{} ", major(file.st_dev), minor(file.st_dev), file.st_ino);
-    std::array<char, 256> line{};
-    while (std::fgets(line.data(), line.size(), locks.get()) != nullptr)
-        if (std::strstr(line.data(), "FLOCK") != nullptr && std::strstr(line.data(), wanted.c_str()) != nullptr)
-            return true;
-    return false;
 }
 
 bool add(const Fd& epoll, const Fd& fd)
@@ -100,7 +82,7 @@ void PtyMaster::clear_claim_left_behind()
     const bool second_look = drain(watch_.again);
     if (!closed && !second_look)
         return;
-    if (!is_locked(watch_.client.get())) {
+    if (!lock_holder(device_)) {
         ::ioctl(watch_.client.get(), TIOCNXCL);
     } else if (closed) {
         // The kernel tells of a close a moment before it lifts the lock of the same program.

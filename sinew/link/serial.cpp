@@ -1,5 +1,6 @@
 #include "sinew/link/serial.hpp"
 
+#include "sinew/link/adapter.hpp"
 #include "sinew/link/descriptor.hpp"
 #include "sinew/link/echo.hpp"
 #include "sinew/link/tty.hpp"
@@ -8,31 +9,32 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
 #include <linux/serial.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
 
 namespace sinew::link {
 namespace {
 
 std::unexpected<Error> refuse_access(const std::string& device)
 {
-    struct stat status{};
-    const group* owner = ::stat(device.c_str(), &status) == 0 ? ::getgrgid(status.st_gid) : nullptr;
-    if (owner == nullptr || (status.st_mode & S_IWGRP) == 0 || status.st_gid == 0)
+    const auto group = look_at_adapter(device).group;
+    if (group.empty())
         return fail(Errc::link_denied, fmt::format("no permission to open {}; only its owner and root may", device));
     return fail(
         Errc::link_denied,
         fmt::format("no permission to open {}; join its group with `sudo usermod -aG {} $USER` and log in again",
-                    device, owner->gr_name));
+                    device, group));
 }
 
 std::unexpected<Error> busy(const std::string& device)
 {
-    return fail(Errc::link_busy,
-                fmt::format("{0} is in use by another program; close it first (`fuser -v {0}` names it)", device));
+    const auto who = who_holds(device);
+    return fail(
+        Errc::link_busy,
+        who.empty()
+            ? fmt::format("{0} is in use by another program; close it first (`sudo fuser -v {0}` names it)", device)
+            : fmt::format("{} is in use by {}; close it first", device, who));
 }
 
 std::unexpected<Error> refuse(const std::string& device, int problem)

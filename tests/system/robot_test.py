@@ -156,7 +156,7 @@ class Robot(unittest.TestCase):
                                  env=environment())
         watch.stdout.readline()
         done = sinew("info", *self.device("waist", 1), code=4)
-        self.assertRegex(done.stderr, r"^sinew: /dev/pts/\d+ is in use by another program[^\n]*\n$")
+        self.assertRegex(done.stderr, r"^sinew: /dev/pts/\d+ is in use by sinew \(pid \d+\); close it first\n$")
         watch.send_signal(signal.SIGINT)
         self.assertEqual(watch.wait(), 0)
         watch.stdout.close()
