@@ -87,13 +87,46 @@ public:
 private:
     enum class Drive : std::uint8_t { open, duty, current };
 
-    /// What the motor does over one step, worked out once a tick.
-    struct Motor;
+    /// What one step needs of the parameters, so that no step divides. Torques stand as what they add in one step to
+    /// the way of a step: `_rad` is dt² / J · torque.
+    struct Factors {
+        /// Which way power goes through the gearbox decides what it costs.
+        struct Way {
+            double nm_per_a = 0.0;
+            double rad_per_v = 0.0;   ///< of the voltage at the terminals
+            double shrink_duty = 1.0; ///< 1 / (1 + dt/J · damping) of a motor driven by its voltage
+        };
 
+        explicit Factors(const PlantParameters& p);
+
+        double per_ohm;
+        double v_s_per_rad;
+        double rad_per_nm;
+        double kinetic_rad; ///< Coulomb friction
+        double static_rad;
+        double hanging_rad;     ///< gravity at its greatest
+        double per_hanging_rad; ///< 0 without gravity
+        double shrink = 1.0;    ///< 1 / (1 + dt/J · viscous friction)
+        Way driving;
+        Way driven_back;
+        double winding_k_per_w; ///< in one tick
+        double case_k_per_w;
+        double winding_to_case_w_per_k;
+        double case_to_ambient_w_per_k;
+    };
+
+    struct Sums;
+
+    void look_at_the_angle();
     double load_torque() const;
+    template <Drive D, bool Hangs>
+    Sums turn(double supply_v);
+    Sums turn(double supply_v);
+    void rest(double supply_v, double current_a);
     void warm(double copper_w);
 
     PlantParameters parameters_;
+    Factors factors_;
     Drive drive_ = Drive::open;
     bool jammed_ = false;
     double driven_ = 0.0; ///< duty or current, as `drive_` says
@@ -105,6 +138,10 @@ private:
     double supply_current_a_ = 0.0;
     double winding_c_ = 25.0;
     double case_c_ = 25.0;
+    // Of the angle from where the load hangs down; worked out anew when the shaft has gone a little way.
+    double sine_ = 0.0;
+    double cosine_ = 1.0;
+    double looked_at_rad_ = std::numeric_limits<double>::infinity(); ///< where that was
 };
 
 } // namespace sinew::sim
