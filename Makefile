@@ -6,18 +6,23 @@ FUZZ_SECONDS ?= 60
 SOAK ?= 1
 PART ?= all
 
-.PHONY: help run test bench lint fuzz soak
+.PHONY: help run test test-can bench lint fuzz soak
 help: ## Show this list
-	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /|/' | awk -F'|' '{printf "  make %-8s %s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /|/' | awk -F'|' '{printf "  make %-8s %s\n", $$1, $$2}'
 
 run: ## Build, start the demo robot, scan it and show it moving until Ctrl-C
 	@tools/setup build
 	@tools/build run sinew
 	@[[ ! -t 0 ]] || set -m; tools/demo build/run/apps/cli/sinew; exit $$? # set -m: Ctrl-C reaches the demo alone, and make ends well
 
-test: ## Everything that proves it: release tests, sanitizers, fuzz corpora
+test: ## Everything that proves it: release tests, real CAN, sanitizers, fuzz corpora
 	@tools/setup build test
+	@tools/setup guest || true # without it the step says that it is skipped, and why
 	@JOBS=$(JOBS) tools/test
+
+test-can: ## What needs the CAN stack of a kernel, in a throw-away guest (part of test)
+	@tools/setup build test guest
+	@tools/test-can
 
 bench: ## Figures of codec and simulator, printed and as JSON
 	@tools/setup build bench

@@ -3,6 +3,7 @@
 #include "sinew/base/bytes.hpp"
 #include "sinew/link/serial.hpp"
 #include "sinew/link/slcan.hpp"
+#include "sinew/link/socketcan.hpp"
 #include "sinew/link/tcp.hpp"
 
 #include <algorithm>
@@ -32,10 +33,6 @@ std::string suggest(std::string_view word, std::span<const std::string_view> can
 
 std::unexpected<Error> refuse_scheme(const Uri& uri, std::span<const Scheme> schemes)
 {
-    if (uri.scheme == "can")
-        return fail(Errc::bad_uri,
-                    "can: (SocketCAN) is not available in this version; an SLCAN adapter on a serial port is "
-                    "reached with slcan:/dev/ttyACM0?bitrate=1000000");
     if (!uri.target.empty() && uri.target.find_first_not_of("0123456789") == std::string::npos)
         return fail(Errc::bad_uri, fmt::format("'{0}:{1}' has no scheme: write tcp://{0}:{1}", uri.scheme, uri.target));
     std::vector<std::string_view> names;
@@ -84,6 +81,11 @@ Links Links::system()
                .says = "A CAN adapter that speaks SLCAN; bitrate is that of CAN, baud that of the port.",
                .options = {"bitrate", "baud"},
                .open = opener<CanLink>(&open_slcan)});
+    links.add({.name = "can",
+               .form = "can:INTERFACE",
+               .says = "A CAN interface of Linux (SocketCAN); ids=141-160,280 hears only these identifiers.",
+               .options = {"bitrate", "ids"},
+               .open = opener<CanLink>(&open_socketcan)});
     return links;
 }
 

@@ -25,7 +25,7 @@ struct Scheme {
 class Links
 {
 public:
-    /// serial, rs485, pty, tcp, slcan.
+    /// serial, rs485, pty, tcp, slcan, can.
     static Links system();
 
     void add(Scheme scheme);

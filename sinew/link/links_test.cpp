@@ -30,10 +30,11 @@ TEST(Links, OpenASerialPortByItsUri)
 
 TEST(Links, SuggestTheNearestSchemeAndListAll)
 {
-    EXPECT_EQ(refusal(Links::system(), "serail:/dev/ttyUSB0?baud=9600"),
-              "there is no link of kind 'serail', did you mean serial? The kinds are serial, rs485, pty, tcp, slcan.");
+    EXPECT_EQ(
+        refusal(Links::system(), "serail:/dev/ttyUSB0?baud=9600"),
+        "there is no link of kind 'serail', did you mean serial? The kinds are serial, rs485, pty, tcp, slcan, can.");
     EXPECT_EQ(refusal(Links::system(), "xylophone:/dev/ttyUSB0"),
-              "there is no link of kind 'xylophone'. The kinds are serial, rs485, pty, tcp, slcan.");
+              "there is no link of kind 'xylophone'. The kinds are serial, rs485, pty, tcp, slcan, can.");
 }
 
 TEST(Links, SuggestTheNearestOption)
@@ -52,10 +53,22 @@ TEST(Links, SayWhatToWriteForABareDeviceOrHost)
     EXPECT_EQ(refusal(Links::system(), "localhost:4001"), "'localhost:4001' has no scheme: write tcp://localhost:4001");
 }
 
-TEST(Links, PointFromSocketCanToSlcan)
+TEST(Links, ACanInterfaceThatIsNotThereIsAnErrorWithASentence)
 {
-    EXPECT_NE(refusal(Links::system(), "can:can0").find("not available in this version"), std::string::npos);
-    EXPECT_NE(refusal(Links::system(), "can:can0").find("slcan:/dev/ttyACM0"), std::string::npos);
+    RealClock clock;
+    const auto link = Links::system().open("can:nothing0", clock);
+    ASSERT_FALSE(link);
+    const std::string sentence = to_sentence(link.error());
+    if (link.error().code == Errc::link_not_found)
+        EXPECT_TRUE(sentence.starts_with("there is no CAN interface 'nothing0'")) << sentence;
+    else // a kernel without CAN
+        EXPECT_TRUE(sentence.starts_with("this kernel has no CAN: try 'modprobe can-raw'")) << sentence;
+}
+
+TEST(Links, RefuseIdentifiersThatAreNone)
+{
+    EXPECT_EQ(refusal(Links::system(), "can:can0?ids=141-1000"),
+              "option ids takes identifiers in hex from 0 to 7FF, such as ids=141-160,280; '141-1000' is none");
 }
 
 TEST(Links, RefuseACanRateWithoutACode)

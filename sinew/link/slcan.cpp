@@ -1,5 +1,6 @@
 #include "sinew/link/slcan.hpp"
 
+#include "sinew/link/can_frames.hpp"
 #include "sinew/link/serial.hpp"
 
 #include <algorithm>
@@ -157,13 +158,8 @@ void SlcanLink::queue(std::span<const std::uint8_t> text)
 
 std::expected<std::size_t, Error> SlcanLink::write(std::span<const wire::Frame> frames)
 {
-    for (const wire::Frame& frame : frames) {
-        if (frame.size > 8)
-            return std::unexpected(Error{.code = Errc::bad_length, .value = frame.size, .low = 8});
-        if (frame.can_id > 0x7FF)
-            return std::unexpected(Error{
-                .code = Errc::out_of_range, .field = "CAN identifier", .value = frame.can_id, .low = 0, .high = 0x7FF});
-    }
+    if (const auto fine = check_can_frames(frames); !fine)
+        return std::unexpected(fine.error());
     if (const auto sent = send(); !sent)
         return std::unexpected(sent.error());
     std::size_t taken = 0;
