@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::uint8_t header_byte = 0xFF;
 constexpr std::uint8_t standard_mark = 0xE0;
+constexpr int opcode_mode = 7; // of the modes in the upper bits of the byte after the header; the others have none
 constexpr std::uint8_t first_standard_opcode = 0xA0; // quick opcodes end at 0x97 (S67)
 
 /// What an opcode makes of a frame: its least size, and where the count of instructions stands, if it has one.
@@ -38,6 +39,18 @@ consteval std::array<Shape, 256> make_shapes()
 }
 
 constexpr std::array<Shape, 256> shapes = make_shapes();
+
+/// The message of each opcode; nullptr: none.
+consteval std::array<const MessageInfo*, 256> make_by_opcode()
+{
+    std::array<const MessageInfo*, 256> all{};
+    for (const auto* message : manual_messages)
+        if (message->info.opcode >= 0)
+            all[static_cast<std::size_t>(message->info.opcode)] = message;
+    return all;
+}
+
+constexpr std::array<const MessageInfo*, 256> by_opcode = make_by_opcode();
 
 enum class Verdict : std::uint8_t { frame, not_yet, garbage };
 
@@ -128,8 +141,13 @@ public:
     {
         if (direction == Direction::reply || frame.size < 4)
             return nullptr;
+        if (frame.data[1] >> 5 == opcode_mode) {
+            const MessageInfo* message = by_opcode[frame.data[2]];
+            const bool exists = message != nullptr && profile.has(*message);
+            return exists && selects(message->request, frame) ? message : nullptr;
+        }
         for (const auto* message : profile.messages)
-            if (selects(message->request, frame) && (message->info.opcode >= 0 || bits_fit(message->request, frame)))
+            if (message->info.opcode < 0 && selects(message->request, frame) && bits_fit(message->request, frame))
                 return message;
         return nullptr;
     }

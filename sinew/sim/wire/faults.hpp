@@ -17,6 +17,8 @@ struct WireFaults {
     double add_byte = 0.0;    ///< a byte of noise comes behind a byte
     double delay_reply = 0.0; ///< a reply comes late by `reply_delay`
     Duration reply_delay{};
+
+    bool hits_bytes() const { return flip_bit > 0.0 || drop_byte > 0.0 || add_byte > 0.0; }
 };
 
 /// The chance behind all faults of one wire. The same seed and the same traffic give the same faults on every platform:

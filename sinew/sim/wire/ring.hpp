@@ -20,16 +20,18 @@ public:
     {
         if (room() == 0)
             return false;
-        all_[(first_ + size_++) % all_.size()] = item;
+        all_[wrapped(first_ + size_++)] = item;
         return true;
     }
     void pop()
     {
-        first_ = (first_ + 1) % all_.size();
+        first_ = wrapped(first_ + 1);
         --size_;
     }
 
 private:
+    std::size_t wrapped(std::size_t place) const { return place < all_.size() ? place : place - all_.size(); }
+
     std::vector<T> all_;
     std::size_t first_ = 0;
     std::size_t size_ = 0;

@@ -28,7 +28,8 @@ void SerialWire::rebuild()
         if (same != ears_.end())
             same->is_used = true;
         else if (ears_.size() < most_ears)
-            ears_.push_back({.bit_rate = entry.bit_rate, .protocol = protocol});
+            ears_.push_back(
+                {.bit_rate = entry.bit_rate, .protocol = protocol, .patience = longest_pause(entry.bit_rate)});
     }
     std::erase_if(ears_, [](const Ear& ear) { return !ear.is_used; });
 }
@@ -58,7 +59,7 @@ void SerialWire::for_each_listener(const Line& line, TimePoint at, F&& call)
 
 void SerialWire::begin_collision(Line& line)
 {
-    line.collides = true;
+    line.collides = samples_ = true;
     line.heard_to = line.talking.front().start;
     for_each_listener(line, line.heard_to, [&](Sampler& sampler, std::uint32_t bit_rate, auto&& heard, bool) {
         sampler.feed(true, line.heard_to, line.heard_to, bit_rate, heard);
@@ -100,6 +101,7 @@ void SerialWire::hear_alone(const Line& line, const Byte& byte)
             heard(byte.value, false, byte.start);
             return;
         }
+        samples_ = true;
         for (int bit = 0; bit < bits_per_byte; ++bit)
             sampler.feed(byte.level(bit), byte.edge(bit), byte.edge(bit + 1), bit_rate, heard);
     });
@@ -110,12 +112,16 @@ void SerialWire::hear_alone(const Line& line, const Byte& byte)
 /// What only shows while nobody talks.
 void SerialWire::hear_silence(TimePoint at)
 {
-    for (const Line& line : lines_)
-        if (line.talking.empty())
-            for_each_listener(line, at, [&](Sampler& sampler, std::uint32_t bit_rate, auto&& heard, bool) {
-                if (sampler.whole_at(bit_rate) <= at)
-                    sampler.feed(true, at, at, bit_rate, heard);
-            });
+    if (samples_) {
+        for (const Line& line : lines_)
+            if (line.talking.empty())
+                for_each_listener(line, at, [&](Sampler& sampler, std::uint32_t bit_rate, auto&& heard, bool) {
+                    if (sampler.whole_at(bit_rate) <= at)
+                        sampler.feed(true, at, at, bit_rate, heard);
+                });
+        samples_ = lines_[0].collides || lines_[1].collides || host_in_.receiving() ||
+                   std::ranges::any_of(ears_, [](const Ear& ear) { return ear.sampler.receiving(); });
+    }
     for (Ear& ear : ears_)
         if (ear.gives_up <= at)
             find_requests(ear, true, at);
@@ -124,7 +130,7 @@ void SerialWire::hear_silence(TimePoint at)
 void SerialWire::hear(Ear& ear, std::uint8_t value, TimePoint start, TimePoint at)
 {
     ear.in.add(value, start);
-    ear.gives_up = at + longest_pause(ear.bit_rate);
+    ear.gives_up = at + ear.patience;
     find_requests(ear, false, at);
 }
 
@@ -133,19 +139,17 @@ void SerialWire::find_requests(Ear& ear, bool silent, TimePoint at)
     while (!ear.in.empty()) {
         const auto bytes = ear.in.bytes();
         const wire::Scan scan = ear.protocol->find_request(bytes, silent);
-        wire::Frame request;
-        TimePoint start{};
-        const bool is_frame = scan.size != 0 && scan.size <= wire::Frame::capacity;
-        if (is_frame) {
-            request.size = static_cast<std::uint8_t>(scan.size);
-            std::ranges::copy(bytes.subspan(scan.skip, scan.size), request.data.begin());
-            start = ear.in.start(scan.skip);
+        if (scan.size == 0 || scan.size > wire::Frame::capacity) {
+            ear.in.drop(scan.skip + scan.size);
+            if (scan.size == 0)
+                break;
+            continue;
         }
+        wire::Frame request{.size = static_cast<std::uint8_t>(scan.size)};
+        std::ranges::copy(bytes.subspan(scan.skip, scan.size), request.data.begin());
+        const TimePoint start = ear.in.start(scan.skip);
         ear.in.drop(scan.skip + scan.size);
-        if (scan.size == 0)
-            break;
-        if (is_frame)
-            pass(ear, request, start, at);
+        pass(ear, request, start, at);
     }
     if (silent)
         ear.in.drop(ear.in.bytes().size());

@@ -34,6 +34,8 @@ std::size_t SerialWire::host_sends(std::span<const std::uint8_t> bytes, std::uin
 {
     if (bit_rate == 0)
         return bytes.size();
+    if (!faults_.hits_bytes())
+        return host_out_.send(bytes, bit_rate, now);
     std::size_t taken = 0;
     std::array<std::uint8_t, 2> sent{};
     for (; taken < bytes.size() && host_out_.room() > 0; ++taken) {
@@ -60,10 +62,15 @@ void SerialWire::reply(Number station, const Answer& answer, std::uint32_t bit_r
     Talk& talk = talks_[station];
     Reply out{.station = station, .bit_rate = bit_rate};
     out.start = out.next = std::max(at + delay, talk.until);
-    std::array<std::uint8_t, 2> sent{};
-    for (const std::uint8_t byte : answer.frame.bytes())
-        for (std::size_t i = 0, size = spoil(byte, own, sent); i < size; ++i)
-            out.bytes[out.size++] = sent[i];
+    if (!faults_.hits_bytes() && (own == nullptr || !own->hits_bytes())) {
+        std::ranges::copy(answer.frame.bytes(), out.bytes.begin());
+        out.size = answer.frame.size;
+    } else {
+        std::array<std::uint8_t, 2> sent{};
+        for (const std::uint8_t byte : answer.frame.bytes())
+            for (std::size_t i = 0, size = spoil(byte, own, sent); i < size; ++i)
+                out.bytes[out.size++] = sent[i];
+    }
     if (talk.until <= at)
         talk.from = out.start;
     talk.until = out.start + bit_time(bits_per_byte * out.size, bit_rate);
@@ -123,7 +130,10 @@ void SerialWire::finish(Line& line, TimePoint at)
             hear_levels(line, byte.end);
         else
             hear_alone(line, byte);
-        line.talking.erase(first);
+        if (line.talking.size() == 1)
+            line.talking.clear();
+        else
+            line.talking.erase(first);
         line.collides &= !line.talking.empty();
         if (byte.is_last)
             answered(byte.talker, byte.end);

@@ -52,11 +52,13 @@ TimePoint SerialWire::next_event() const
     TimePoint next = std::min({host_out_.next_start(), lines_[0].next_event(), lines_[1].next_event(), batch_due_});
     if (!replies_.empty())
         next = std::min(next, replies_.front().next);
-    for (const Ear& ear : ears_) {
+    for (const Ear& ear : ears_)
         next = std::min(next, ear.gives_up);
-        if (lines_[0].talking.empty())
+    if (!samples_)
+        return next;
+    if (lines_[0].talking.empty())
+        for (const Ear& ear : ears_)
             next = std::min(next, ear.sampler.whole_at(ear.bit_rate));
-    }
     if (from_stations().talking.empty() && host_rate() != 0)
         next = std::min(next, host_in_.whole_at(host_rate()));
     return next;
@@ -72,7 +74,8 @@ void SerialWire::step(TimePoint at)
 {
     // Ends before starts: bytes of one talker follow each other without a gap and must not be taken for a collision.
     for (Line& line : lines_)
-        finish(line, at);
+        if (!line.talking.empty())
+            finish(line, at);
     hear_silence(at);
     if (batch_due_ <= at)
         hand_over(at);

@@ -130,6 +130,7 @@ private:
         bool is_used = true;
         Sampler sampler;
         Receiver in;
+        Duration patience{}; ///< what is no whole request after such a silence is given up
         TimePoint gives_up = TimePoint::max();
     };
 
@@ -167,6 +168,7 @@ private:
     Contention contention_;
     bool passes_broken_ = true;
     bool has_changed_ = false; ///< a station has; `rebuild` is due
+    bool samples_ = false; ///< a UART may be inside a byte that it samples; without collisions and wrong rates none is
     WireFaults faults_;
     std::vector<WireFaults> station_faults_; ///< empty until the first is set
     Dice dice_;

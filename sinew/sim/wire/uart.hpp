@@ -31,7 +31,7 @@ public:
     {
         const auto fitting = bytes.first(std::min(bytes.size(), waiting_.room()));
         for (const std::uint8_t value : fitting)
-            waiting_.push({value, bit_rate, from, {}});
+            waiting_.push({.value = value, .bit_rate = bit_rate, .from = from});
         return fitting.size();
     }
     std::size_t room() const { return waiting_.room(); }
@@ -39,29 +39,33 @@ public:
     /// When the next byte goes out; `TimePoint::max()`: none waits.
     TimePoint next_start() const
     {
-        return waiting_.empty() ? TimePoint::max() : std::max(waiting_.front().start, free_);
+        return waiting_.empty() ? TimePoint::max() : std::max(waiting_.front().from, free_);
     }
     /// Puts the next byte on the line.
     Byte start()
     {
-        Byte byte = waiting_.front();
+        const Waiting next = waiting_.front();
         waiting_.pop();
-        if (byte.bit_rate != bit_rate_ || byte.start > free_) {
-            bit_rate_ = byte.bit_rate;
-            burst_ = std::max(byte.start, free_);
+        if (next.bit_rate != bit_rate_ || next.from > free_) {
+            bit_rate_ = next.bit_rate;
+            burst_ = free_ = std::max(next.from, free_);
             sent_ = 0;
         }
-        byte.start = free_ = end_of(sent_);
-        byte.end = free_ = end_of(++sent_);
-        return byte;
+        const TimePoint start = free_;
+        free_ = burst_ + bit_time(bits_per_byte * ++sent_, bit_rate_);
+        return {.value = next.value, .bit_rate = next.bit_rate, .start = start, .end = free_};
     }
     /// When the line is its own no more.
     TimePoint busy_until() const { return free_; }
 
 private:
-    TimePoint end_of(std::int64_t count) const { return burst_ + bit_time(bits_per_byte * count, bit_rate_); }
+    struct Waiting {
+        std::uint8_t value = 0;
+        std::uint32_t bit_rate = 0;
+        TimePoint from{};
+    };
 
-    Ring<Byte> waiting_;
+    Ring<Waiting> waiting_;
     TimePoint burst_{}; ///< start of the first byte since the last pause
     TimePoint free_{};
     std::int64_t sent_ = 0;
@@ -88,6 +92,10 @@ public:
     }
     void drop(std::size_t count)
     {
+        if (count == size_) {
+            size_ = 0;
+            return;
+        }
         std::copy(bytes_.begin() + count, bytes_.begin() + size_, bytes_.begin());
         std::copy(starts_.begin() + count, starts_.begin() + size_, starts_.begin());
         size_ -= count;
