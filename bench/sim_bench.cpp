@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <malloc.h>
 #include <memory>
+#include <optional>
 
 namespace sinew::bench {
 namespace {
@@ -67,6 +68,34 @@ double measure_rest()
         for (int i = 0; i < ticks; ++i)
             plant.run(24.0);
     });
+}
+
+/// A tick of firmware and plant together, after half a second in which it came to rest.
+double measure_ticks(const std::optional<wire::Frame>& command)
+{
+    constexpr int ticks = 200'000;
+    const auto spec = *make_spec(*find_family("sam"), "SAM-28", "", 1);
+    const double voltage_v = sim::supply_v(spec);
+    const auto device = sim::make_device(spec, sim::plant_of(spec));
+    device->run(voltage_v);
+    if (command)
+        (void)device->hear(*command, TimePoint{});
+    for (Duration passed{}; passed < 500ms; passed += sim::tick)
+        device->run(voltage_v);
+    return best_ns(ticks, [&] {
+        for (int i = 0; i < ticks; ++i)
+            device->run(voltage_v);
+    });
+}
+
+double measure_idle_ticks()
+{
+    return measure_ticks({});
+}
+
+double measure_holding_ticks()
+{
+    return measure_ticks(*wire::encode_request(1, sam::PositionControl{1500}));
 }
 
 /// A host that only counts.
@@ -161,13 +190,22 @@ WorldResult measure_world(std::size_t servos, double simulated_s)
 SimResult measure_simulator(bool hour)
 {
     SimResult out;
-    out.step_ns = measure_steps();
-    out.step_again_ns = measure_steps();
-    out.resting_tick_ns = measure_rest();
-    out.exchange_ns = measure_exchanges();
-    out.exchange_again_ns = measure_exchanges();
-    for (const auto& [servos, simulated_s] : {std::pair{1U, 100.0}, {31U, 20.0}, {254U, 4.0}, {2000U, 2.0}})
-        out.worlds.push_back(measure_world(servos, simulated_s));
+    const auto add = [&](std::string name, double (*measure)()) {
+        Cost cost{.name = std::move(name)};
+        cost.ns = measure();
+        cost.again_ns = measure();
+        out.costs.push_back(std::move(cost));
+    };
+    add("physics, a step of a shaft that turns", measure_steps);
+    add("physics, a tick (10 steps) of one that rests", measure_rest);
+    add("firmware, a tick of a servo without torque", measure_idle_ticks);
+    add("firmware, a tick of a servo that holds", measure_holding_ticks);
+    add("firmware and wire, an exchange, 31 on the wire", measure_exchanges);
+    for (const auto& [servos, simulated_s] : {std::pair{1U, 100.0}, {31U, 20.0}, {254U, 4.0}, {2000U, 2.0}}) {
+        WorldResult world = measure_world(servos, simulated_s);
+        world.wall_again_s = measure_world(servos, simulated_s).wall_s;
+        out.worlds.push_back(world);
+    }
     if (hour)
         out.worlds.push_back(measure_world(31, 3600.0));
     return out;

@@ -1,5 +1,4 @@
-#include "bench/codec_bench.hpp"
-#include "bench/sim_bench.hpp"
+#include "bench/report.hpp"
 
 #include <cstdio>
 #include <fmt/core.h>
@@ -7,73 +6,78 @@
 
 namespace {
 
-using sinew::bench::Result;
+constexpr std::size_t answers_in_real_time = 2000;
 
-void print(const std::vector<Result>& results)
-{
-    fmt::print("{:<6} {:<7} {:<26} {:>8} {:>10} {:>6} {:>6} {:>7}\n", "family", "", "message", "ns", "by hand ns",
-               "ratio", "floor", "allocs");
-    for (const auto& r : results)
-        fmt::print("{:<6} {:<7} {:<26} {:>8.2f} {:>10.2f} {:>6.2f} {:>6.2f} {:>7g}\n", r.family, r.operation, r.message,
-                   r.ns, r.reference_ns, r.ratio(), r.floor(), r.allocations);
-    fmt::print(
-        "ratio: codec / by hand; floor: by hand / by hand, measured twice; allocs: per operation of the codec\n");
-}
+constexpr std::string_view usage = "usage: sinew_bench [--json FILE] [--robot FILE] [--hour] [codec] [simulator]\n"
+                                   "Parts to measure; without any of them: all. Real time needs --robot.\n";
 
-void print(const sinew::bench::SimResult& sim)
-{
-    fmt::print("\nsimulator\n");
-    fmt::print("  {:<44} {:>8.1f} ns  (again {:.1f})\n", "physics, a step of a shaft that turns", sim.step_ns,
-               sim.step_again_ns);
-    fmt::print("  {:<44} {:>8.1f} ns\n", "physics, a tick (10 steps) of one that rests", sim.resting_tick_ns);
-    fmt::print("  {:<44} {:>8.1f} ns  (again {:.1f})\n", "firmware and wire, an exchange, 31 on the wire",
-               sim.exchange_ns, sim.exchange_again_ns);
-    fmt::print("  {:>6} {:>11} {:>8} {:>10} {:>16} {:>12} {:>11} {:>7}\n", "servos", "simulated s", "wall s",
-               "exchanges", "device s per s", "x real time", "bytes each", "allocs");
-    for (const auto& w : sim.worlds)
-        fmt::print("  {:>6} {:>11.1f} {:>8.2f} {:>10} {:>16.0f} {:>12.2f} {:>11.0f} {:>7g}\n", w.servos, w.simulated_s,
-                   w.wall_s, w.exchanges, w.device_seconds_per_s(), w.times_real_time(), w.bytes_per_servo,
-                   w.allocations);
-}
+struct Arguments {
+    std::string json;
+    std::string robot;
+    bool hour = false;
+    bool codec = false;
+    bool simulator = false;
+    bool is_right = true;
+};
 
-bool write_json(const char* path, const std::vector<Result>& results)
+Arguments read(int argc, char** argv)
 {
-    std::FILE* file = std::fopen(path, "w");
-    if (file == nullptr)
-        return false;
-    fmt::print(file, "[\n");
-    for (std::size_t i = 0; i < results.size(); ++i) {
-        const Result& r = results[i];
-        fmt::print(file,
-                   "  {{\"family\": \"{}\", \"operation\": \"{}\", \"message\": \"{}\", \"ns\": {:.3f}, "
-                   "\"reference_ns\": {:.3f}, \"reference_again_ns\": {:.3f}, \"ratio\": {:.3f}, \"floor\": {:.3f}, "
-                   "\"allocations\": {}}}{}\n",
-                   r.family, r.operation, r.message, r.ns, r.reference_ns, r.reference_again_ns, r.ratio(), r.floor(),
-                   r.allocations, i + 1 < results.size() ? "," : "");
+    Arguments out;
+    for (int i = 1; i < argc; ++i) {
+        const std::string_view word = argv[i];
+        const bool has_value = i + 1 < argc;
+        if (word == "--json" && has_value)
+            out.json = argv[++i];
+        else if (word == "--robot" && has_value)
+            out.robot = argv[++i];
+        else if (word == "--hour")
+            out.hour = true;
+        else if (word == "codec")
+            out.codec = true;
+        else if (word == "simulator")
+            out.simulator = true;
+        else
+            out.is_right = false;
     }
-    fmt::print(file, "]\n");
-    return std::fclose(file) == 0;
+    if (!out.codec && !out.simulator && out.robot.empty())
+        out.codec = out.simulator = true;
+    return out;
 }
 
 } // namespace
 
-/// sinew_bench [--json FILE]. Exit 0, 1: the codec allocates, 2: wrong use or the file cannot be written.
+/// Exit 0, 1: the codec allocates, 2: wrong use, or a file cannot be read or written.
 int main(int argc, char** argv)
 {
-    const bool wants_json = argc == 3 && std::string_view(argv[1]) == "--json";
-    if (argc != 1 && !wants_json) {
-        fmt::print(stderr, "usage: sinew_bench [--json FILE]\n");
+    using namespace sinew::bench;
+    const Arguments arguments = read(argc, argv);
+    if (!arguments.is_right) {
+        fmt::print(stderr, "{}", usage);
         return 2;
     }
-    const auto results = sinew::bench::measure_codecs();
-    print(results);
-    const auto sim = sinew::bench::measure_simulator(wants_json);
-    print(sim);
-    if (wants_json && !write_json(argv[2], results)) {
-        fmt::print(stderr, "sinew_bench: cannot write {}\n", argv[2]);
+    Report report;
+    if (arguments.codec) {
+        report.codecs = measure_codecs();
+        print(report.codecs);
+    }
+    if (arguments.simulator) {
+        report.simulator = measure_simulator(arguments.hour);
+        print(*report.simulator);
+    }
+    if (!arguments.robot.empty()) {
+        auto lateness = measure_lateness(arguments.robot, answers_in_real_time);
+        if (!lateness) {
+            fmt::print(stderr, "sinew_bench: {}\n", sinew::to_sentence(lateness.error()));
+            return 2;
+        }
+        report.lateness = *lateness;
+        print(*report.lateness);
+    }
+    if (!arguments.json.empty() && !write_json(arguments.json, report)) {
+        fmt::print(stderr, "sinew_bench: cannot write {}\n", arguments.json);
         return 2;
     }
-    for (const auto& r : results)
+    for (const Result& r : report.codecs)
         if (r.allocations != 0.0) {
             fmt::print(stderr, "sinew_bench: {} {} asks the heap for memory\n", r.family, r.operation);
             return 1;
