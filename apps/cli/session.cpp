@@ -31,35 +31,12 @@ std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const 
     return std::make_shared<const config::RobotFile>(std::move(*file));
 }
 
-/// Links that take the place of those in the file: BUS=LINK.
-std::expected<void, Error> check_links(const Words& words, const config::RobotFile& file)
-{
-    std::vector<std::string_view> names;
-    for (const auto& bus : file.buses)
-        names.push_back(bus.name);
-    for (const std::string_view word : words.all("--link")) {
-        const auto equals = std::min(word.find('='), word.size());
-        const auto bus = word.substr(0, equals);
-        if (equals == word.size() || !is_link(word.substr(equals + 1)))
-            return fail(
-                Errc::bad_argument,
-                fmt::format("--link takes BUS=LINK, such as left=serial:/dev/ttyUSB0?baud=1500000, not '{}'", word));
-        if (std::ranges::find(names, bus) == names.end())
-            return fail(Errc::unknown_name,
-                        fmt::format("{} has no bus '{}'{}", file.path, bus,
-                                    nearest(bus, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                                : did_you_mean(bus, names)));
-    }
-    return {};
-}
-
-std::expected<std::string, Error> link_of(const Words& words, const config::RobotFile& file, const ResolvedJoint& joint)
+std::expected<std::string, Error> link_of(const std::map<std::string, std::string>& given,
+                                          const config::RobotFile& file, const ResolvedJoint& joint)
 {
     const auto& bus = *joint.bus;
-    std::string link = bus.link ? bus.link->value : std::string{};
-    for (const std::string_view word : words.all("--link"))
-        if (word.substr(0, word.find('=')) == bus.name)
-            link = word.substr(word.find('=') + 1);
+    const auto named = given.find(bus.name);
+    const std::string link = named != given.end() ? named->second : bus.link ? bus.link->value : std::string{};
     if (link.empty())
         return fail(
             Errc::bad_argument,
@@ -79,15 +56,16 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
     auto robot = resolve(**file);
     if (!robot)
         return std::unexpected(robot.error());
-    if (auto fine = check_links(words, **file); !fine)
-        return std::unexpected(fine.error());
+    const auto given = given_links(words, **file);
+    if (!given)
+        return std::unexpected(given.error());
     std::vector<Device> out;
     std::vector<std::string_view> names;
     for (auto& joint : robot->joints) {
         names.push_back(joint.joint->name);
         if (only && *only != joint.joint->name)
             continue;
-        auto link = link_of(words, **file, joint);
+        auto link = link_of(*given, **file, joint);
         if (!link)
             return std::unexpected(link.error());
         out.push_back({.name = joint.joint->name,
@@ -121,6 +99,29 @@ std::string with_bit_rate(const std::string& link, const Family& family, std::ui
     auto with = *uri;
     with.options.emplace_back("baud", std::to_string(bit_rate != 0 ? bit_rate : family.default_bit_rate));
     return link::to_string(with);
+}
+
+std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file)
+{
+    std::vector<std::string_view> names;
+    for (const auto& bus : file.buses)
+        names.push_back(bus.name);
+    std::map<std::string, std::string> out;
+    for (const std::string_view word : words.all("--link")) {
+        const auto equals = std::min(word.find('='), word.size());
+        const auto bus = word.substr(0, equals);
+        if (equals == word.size() || !is_link(word.substr(equals + 1)))
+            return fail(
+                Errc::bad_argument,
+                fmt::format("--link takes BUS=LINK, such as left=serial:/dev/ttyUSB0?baud=1500000, not '{}'", word));
+        if (std::ranges::find(names, bus) == names.end())
+            return fail(Errc::unknown_name,
+                        fmt::format("{} has no bus '{}'{}", file.path, bus,
+                                    nearest(bus, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
+                                                                : did_you_mean(bus, names)));
+        out.insert_or_assign(std::string(bus), std::string(word.substr(equals + 1)));
+    }
+    return out;
 }
 
 Session::Session() : links_(link::Links::system())

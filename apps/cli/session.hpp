@@ -6,7 +6,9 @@
 #include "sinew/link/links.hpp"
 #include "sinew/sim/links.hpp"
 
+#include <map>
 #include <memory>
+#include <string>
 
 /// Links, buses and time of one run of the command.
 namespace sinew::cli {
@@ -44,6 +46,9 @@ private:
     link::Links links_;
     std::vector<Open> open_;
 };
+
+/// What `--link BUS=LINK` gives, by bus: links that take the place of those in the file.
+std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file);
 
 /// The device that TARGET and the options name. Nothing is opened.
 std::expected<Device, Error> target(const Words& words);

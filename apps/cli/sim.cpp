@@ -1,5 +1,6 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/session.hpp"
 #include "apps/cli/sim_control.hpp"
 #include "apps/cli/terminal.hpp"
 #include "apps/cli/verb.hpp"
@@ -73,8 +74,14 @@ Outcome run(const Words& words)
     const auto file = config::read_robot_file(*path);
     if (!file)
         return std::unexpected(file.error());
+    const auto links = given_links(words, *file);
+    if (!links)
+        return std::unexpected(links.error());
+    std::vector<sim::RealTimeSimulator::Place> places;
+    for (const auto& [bus, link] : *links)
+        places.push_back({bus, link});
     link::RealClock clock;
-    const auto simulator = sim::RealTimeSimulator::make(*file, clock);
+    const auto simulator = sim::RealTimeSimulator::make(*file, clock, places);
     if (!simulator)
         return std::unexpected(simulator.error());
     stop_on_signals();
@@ -95,11 +102,18 @@ Outcome run(const Words& words)
 Verb sim_verb()
 {
     return {.name = "sim",
-            .says = "Run a simulated robot behind pseudo terminals, a line per bus: name, family and link.",
+            .says = "Run a simulated robot as if it were there; prints a line per bus: name, family and link.",
             .arguments = {{"ROBOT", "its robot file; robots/demo.toml where that exists", false}},
-            .options = {{"--for", "TIME", "end after this time, such as 10s; otherwise it runs until Ctrl-C"},
+            .options = {{"--link", "BUS=LINK",
+                         "reach this bus by tcp://ADDRESS:PORT (serial) or can:INTERFACE (CAN) instead of a pseudo "
+                         "terminal",
+                         true},
+                        {"--for", "TIME", "end after this time, such as 10s; otherwise it runs until Ctrl-C"},
                         {"--json", "", "print the buses as one line of JSON"}},
-            .examples = {{"sinew sim", "the demo robot, until Ctrl-C"}, {"sinew sim arm.toml --for 10s", "for a test"}},
+            .examples = {{"sinew sim", "the demo robot, until Ctrl-C"},
+                         {"sinew sim arm.toml --for 10s", "for a test"},
+                         {"sinew sim arm.toml --link left=tcp://127.0.0.1:4001 --link legs=can:vcan0",
+                          "behind a TCP port and on a CAN interface"}},
             .run = run,
             .more =
                 "On a terminal it has a prompt: Enter shows what each device is doing, help lists the rest. Another "

@@ -124,6 +124,11 @@ void SimControl::serve()
     tell_lateness();
 }
 
+void SimControl::hear(std::string_view sentence)
+{
+    fmt::print(stderr, "sinew sim: {}\n", sentence);
+}
+
 void SimControl::serve_socket()
 {
     const link::Fd client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));

@@ -26,6 +26,7 @@ public:
 
     std::span<const link::Handle> handles() override { return handles_; }
     void serve() override;
+    void hear(std::string_view sentence) override;
 
 private:
     SimControl(sim::RealTimeSimulator& simulator, bool prompt, std::function<void()> on_quit)

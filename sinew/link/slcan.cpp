@@ -176,9 +176,10 @@ std::expected<std::size_t, Error> SlcanLink::write(std::span<const wire::Frame> 
     // Only now: these frames must not be lost to the refusal of an earlier one.
     if (counters_.refused != reported_) {
         reported_ = counters_.refused;
-        return fail(
-            Errc::link_failed,
-            "the SLCAN adapter refused a command or frame (BEL); does the bus have power, termination and its rate?");
+        const std::string why = slcan::to_words(flags_);
+        return fail(Errc::link_failed, fmt::format("the SLCAN adapter refused a command or frame (BEL){}{}; does the "
+                                                   "bus have power, termination and its rate?",
+                                                   why.empty() ? "" : " and reports ", why));
     }
     return taken;
 }
@@ -207,7 +208,32 @@ std::expected<Arrival, Error> SlcanLink::read(std::span<wire::Frame> into)
             at = heard_at_;
         }
     }
+    if (wants_flags_ && ask_flags())
+        if (const auto sent = send(); !sent && count == 0)
+            return std::unexpected(sent.error());
     return Arrival{.count = count, .at = at};
+}
+
+bool SlcanLink::ask_flags()
+{
+    constexpr std::string_view question = "F\r";
+    wants_flags_ = false;
+    if (!knows_flags_ || asked_flags_ || room() < question.size())
+        return false;
+    queue(bytes(question));
+    asked_flags_ = true;
+    return true;
+}
+
+/// A refusal while the flags are due answers that question.
+void SlcanLink::take_refusal()
+{
+    if (asked_flags_) {
+        asked_flags_ = knows_flags_ = false;
+        return;
+    }
+    ++counters_.refused;
+    wants_flags_ = true;
 }
 
 std::optional<wire::Frame> SlcanLink::take(std::uint8_t byte)
@@ -216,15 +242,26 @@ std::optional<wire::Frame> SlcanLink::take(std::uint8_t byte)
     case slcan::Reader::End::none:
         return std::nullopt;
     case slcan::Reader::End::refused:
-        ++counters_.refused;
+        take_refusal();
         return std::nullopt;
     case slcan::Reader::End::overlong:
         ++counters_.malformed;
         return std::nullopt;
     case slcan::Reader::End::line:
-        break;
+        return take_line(reader_.text());
     }
-    const slcan::Line line = slcan::decode(reader_.text());
+    return std::nullopt;
+}
+
+std::optional<wire::Frame> SlcanLink::take_line(std::string_view text)
+{
+    if (const auto flags = slcan::decode_flags(text)) {
+        flags_ = *flags;
+        asked_flags_ = false;
+        knows_flags_ = true;
+        counters_.overruns += (flags_ & (slcan::flag::overrun | slcan::flag::receive_queue_full)) != 0 ? 1 : 0;
+    }
+    const slcan::Line line = slcan::decode(text);
     switch (line.kind) {
     case slcan::Kind::frame:
         return line.frame;

@@ -9,8 +9,10 @@ namespace sinew::link {
 /// A CAN bus behind a serial adapter that speaks SLCAN (LAWICEL CANUSB, CANable and the like).
 ///
 /// What an adapter refuses (BEL) cannot be told apart by frame, for nothing in the protocol numbers them: the next
-/// `write()` says `link_failed`, once, after its frames have gone out. Frames with extended identifiers and remote
-/// requests of others are counted and dropped. The link is closed on the adapter too when this object goes.
+/// `write()` says `link_failed`, once, after its frames have gone out. Meanwhile the adapter is asked for its flags (F)
+/// once, and what it answers stands in the sentence; one that does not know the command is not asked again. Frames with
+/// extended identifiers and remote requests of others are counted and dropped. The link is closed on the adapter too
+/// when this object goes.
 class SlcanLink final : public CanLink
 {
 public:
@@ -19,6 +21,7 @@ public:
         std::uint64_t refused = 0;   ///< BELs
         std::uint64_t malformed = 0; ///< lines that were no line of the protocol
         std::uint64_t foreign = 0;   ///< extended or remote frames
+        std::uint64_t overruns = 0;  ///< answers by which frames were lost in the adapter
     };
 
     /// Closes whatever a program before left open, sets the CAN bit rate and opens. Takes up to 0.4 s: some adapters
@@ -42,6 +45,11 @@ public:
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override;
 
     const Counters& counters() const { return counters_; }
+    /// Asks the adapter for its flags, which it forgets by that; a later `read` brings the answer to `flags()`. False
+    /// while an answer is due, and for an adapter that does not know the command.
+    bool ask_flags();
+    /// The latest answer (`slcan::flag`).
+    std::uint8_t flags() const { return flags_; }
 
 private:
     SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate)
@@ -52,11 +60,17 @@ private:
     std::size_t room() const { return unsent_.size() - unsent_size_; }
     void queue(std::span<const std::uint8_t> text);
     std::optional<wire::Frame> take(std::uint8_t byte);
+    std::optional<wire::Frame> take_line(std::string_view text);
+    void take_refusal();
 
     std::unique_ptr<ByteLink> adapter_;
     std::uint32_t bit_rate_;
     Counters counters_;
     std::uint64_t reported_ = 0; ///< of the refusals
+    std::uint8_t flags_ = 0;
+    bool wants_flags_ = false; ///< of the adapter, for it refused something
+    bool asked_flags_ = false; ///< and the answer is due
+    bool knows_flags_ = true;
     slcan::Reader reader_;
     std::array<std::uint8_t, 1024> unsent_{};
     std::size_t unsent_size_ = 0;

@@ -1,5 +1,7 @@
 #include "sinew/link/slcan_adapter.hpp"
 
+#include <utility>
+
 namespace sinew::link {
 namespace {
 
@@ -50,7 +52,7 @@ std::optional<wire::Frame> SlcanAdapter::obey(std::string_view line)
     case 'N':
         return rest.empty() ? answer("NSNEW\r") : refuse();
     case 'F':
-        return !is_closed && rest.empty() ? answer("F00\r") : refuse();
+        return !is_closed && rest.empty() ? tell_flags() : refuse();
     case 'Z':
         return answer_if(is_closed && rest == "0");
     case 'X':
@@ -69,9 +71,25 @@ std::optional<wire::Frame> SlcanAdapter::transmit(std::string_view line)
     const bool is_frame = decoded.kind == slcan::Kind::frame || decoded.kind == slcan::Kind::foreign;
     if (mode_ != Mode::open || !is_frame)
         return refuse();
+    if (decoded.kind == slcan::Kind::frame)
+        return decoded.frame; // acknowledged once the bus has taken it
     const bool is_extended = line.front() == 'T' || line.front() == 'R';
-    answer(is_extended ? "Z\r" : "z\r");
-    return decoded.kind == slcan::Kind::frame ? std::optional{decoded.frame} : std::nullopt;
+    return answer(is_extended ? "Z\r" : "z\r");
+}
+
+void SlcanAdapter::acknowledge(bool is_taken)
+{
+    if (!is_taken)
+        note(slcan::flag::transmit_queue_full);
+    answer(is_taken ? "z\r" : "\a");
+}
+
+std::optional<wire::Frame> SlcanAdapter::tell_flags()
+{
+    constexpr std::string_view digits = "0123456789ABCDEF";
+    const std::uint8_t flags = std::exchange(flags_, std::uint8_t{0});
+    const char text[] = {'F', digits[flags >> 4u], digits[flags & 0xFu], slcan::end_of_line};
+    return answer({text, sizeof text});
 }
 
 std::optional<wire::Frame> SlcanAdapter::refuse()
@@ -98,7 +116,12 @@ bool SlcanAdapter::offer(const wire::Frame& frame)
 {
     std::array<std::uint8_t, slcan::longest_frame_text> text;
     const std::size_t size = slcan::encode(frame, text);
-    return is_open() && size != 0 && put(std::span(text).first(size));
+    if (!is_open() || size == 0)
+        return false;
+    const bool fits = put(std::span(text).first(size));
+    if (!fits)
+        note(slcan::flag::receive_queue_full);
+    return fits;
 }
 
 bool SlcanAdapter::put(std::span<const std::uint8_t> bytes)

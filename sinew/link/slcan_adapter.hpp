@@ -10,12 +10,14 @@ namespace sinew::link {
 ///
 /// Commands are acknowledged with CR or refused with BEL as the LAWICEL manual has it: S only while closed, O only once
 /// a rate was set, t only while open and not listening. `s` (a rate as register values of its chip) is acknowledged,
-/// and the rate counts as unknown. Filters (M, m) are acknowledged and every frame is passed all the same. Extended and
-/// remote frames are acknowledged as sent and go nowhere. Time stamps are refused (Z1).
+/// and the rate counts as unknown. F tells what was noted since the last F, and forgets it. Filters (M, m) are
+/// acknowledged and every frame is passed all the same. Extended and remote frames are acknowledged as sent and go
+/// nowhere. Time stamps are refused (Z1).
 class SlcanAdapter
 {
 public:
-    /// Takes bytes from the host. `on_frame(const wire::Frame&)` is called for each frame that goes to the bus.
+    /// Takes bytes from the host. `on_frame(const wire::Frame&)` is called for each frame that goes to the bus and says
+    /// whether the bus takes it; a frame that it does not take is refused, and the transmit queue counts as full.
     template <class OnFrame>
     void take(std::span<const std::uint8_t> bytes, OnFrame&& on_frame)
     {
@@ -25,12 +27,16 @@ public:
                 continue;
             const auto frame = end == slcan::Reader::End::line ? obey(reader_.text()) : refuse();
             if (frame)
-                on_frame(*frame);
+                acknowledge(on_frame(*frame));
         }
     }
 
-    /// A frame from the bus for the host; false when it is dropped: closed, or the host does not fetch its bytes.
+    /// A frame from the bus for the host; false when it is dropped: closed, or the host does not fetch its bytes, which
+    /// counts as a receive queue that is full.
     bool offer(const wire::Frame& frame);
+
+    /// Something that the host learns by F, once (`slcan::flag`).
+    void note(std::uint8_t flags) { flags_ |= flags; }
 
     /// Bytes for the host, in order; `drop` those that it took.
     std::span<const std::uint8_t> pending() const { return std::span(pending_).first(size_); }
@@ -48,6 +54,8 @@ private:
     /// Acts on one line and answers it; what comes back is for the bus.
     std::optional<wire::Frame> obey(std::string_view line);
     std::optional<wire::Frame> transmit(std::string_view line);
+    std::optional<wire::Frame> tell_flags();
+    void acknowledge(bool is_taken);
     std::optional<wire::Frame> refuse();
     std::optional<wire::Frame> answer(std::string_view text);
     std::optional<wire::Frame> answer_if(bool allowed) { return allowed ? answer("\r") : refuse(); }
@@ -58,6 +66,7 @@ private:
     Mode mode_ = Mode::closed;
     bool has_rate_ = false;
     std::uint32_t bit_rate_ = 0;
+    std::uint8_t flags_ = 0;
     std::array<std::uint8_t, 4096> pending_{};
     std::size_t size_ = 0;
 };

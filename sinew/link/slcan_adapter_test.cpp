@@ -13,7 +13,11 @@ protected:
     /// What the adapter answers to the text; frames for the bus collect in `bus_`.
     std::string say(std::string_view text)
     {
-        adapter_.take(test::bytes(text), [&](const wire::Frame& frame) { bus_.push_back(frame); });
+        adapter_.take(test::bytes(text), [&](const wire::Frame& frame) {
+            if (bus_takes_)
+                bus_.push_back(frame);
+            return bus_takes_;
+        });
         return fetch();
     }
     std::string fetch()
@@ -25,6 +29,7 @@ protected:
 
     SlcanAdapter adapter_;
     std::vector<wire::Frame> bus_;
+    bool bus_takes_ = true;
 };
 
 const wire::Frame frame{.can_id = 0x141, .size = 2, .data = {0xAA, 0xBB}};
@@ -122,6 +127,28 @@ TEST_F(Adapter, DropsFramesThatTheHostDoesNotFetch)
         ++taken;
     EXPECT_EQ(fetch().size(), taken * std::string_view{"t1412AABB\r"}.size());
     EXPECT_TRUE(adapter_.offer(frame));
+}
+
+TEST_F(Adapter, TellsByFThatFramesWereLostAndForgetsIt)
+{
+    say("S8\rO\r");
+    while (adapter_.offer(frame))
+        ;
+    fetch();
+    EXPECT_EQ(say("F\r"), "F01\r");
+    EXPECT_EQ(say("F\r"), "F00\r");
+    adapter_.note(slcan::flag::bus_error | slcan::flag::error_passive);
+    EXPECT_EQ(say("F\rF\r"), "FA0\rF00\r");
+}
+
+TEST_F(Adapter, RefusesAFrameThatTheBusDoesNotTake)
+{
+    say("S8\rO\r");
+    bus_takes_ = false;
+    EXPECT_EQ(say("t1412AABB\r"), "\a");
+    bus_takes_ = true;
+    EXPECT_EQ(say("t1412AABB\rF\r"), "z\rF02\r");
+    EXPECT_EQ(bus_.size(), 1u);
 }
 
 TEST_F(Adapter, FollowsTheConversationOfPythonCan)

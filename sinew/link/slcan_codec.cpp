@@ -1,6 +1,7 @@
 #include "sinew/link/slcan_codec.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace sinew::link::slcan {
 namespace {
@@ -92,6 +93,34 @@ Line decode(std::string_view text)
         line.frame.data[i] = static_cast<std::uint8_t>(*byte);
     }
     return line;
+}
+
+std::optional<std::uint8_t> decode_flags(std::string_view text)
+{
+    if (text.size() != 3 || text.front() != 'F')
+        return std::nullopt;
+    const auto flags = from_digits(text.substr(1));
+    return flags ? std::optional(static_cast<std::uint8_t>(*flags)) : std::nullopt;
+}
+
+std::string to_words(std::uint8_t flags)
+{
+    constexpr std::pair<std::uint8_t, std::string_view> words[] = {{flag::bus_error, "bus error"},
+                                                                   {flag::error_passive, "error passive"},
+                                                                   {flag::error_warning, "error warning"},
+                                                                   {flag::arbitration_lost, "arbitration lost"},
+                                                                   {flag::overrun, "overrun"},
+                                                                   {flag::receive_queue_full, "receive queue full"},
+                                                                   {flag::transmit_queue_full, "transmit queue full"}};
+    std::string out;
+    for (const auto& [bit, word] : words) {
+        if ((flags & bit) == 0)
+            continue;
+        if (!out.empty())
+            out += ", ";
+        out += word;
+    }
+    return out;
 }
 
 Reader::End Reader::take(std::uint8_t byte)

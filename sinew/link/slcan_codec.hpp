@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 /// The text protocol of serial CAN adapters, for both of its ends: lines that end with CR, or with BEL where the
@@ -44,6 +45,23 @@ struct Line {
 
 /// `text` without its end. The four digits of a time stamp after the data are allowed and dropped.
 Line decode(std::string_view text);
+
+/// What an adapter answers to F, and forgets by it. Source: LAWICEL CANUSB manual, "F[CR]".
+namespace flag {
+inline constexpr std::uint8_t receive_queue_full = 0x01; ///< frames were lost: the host does not fetch them
+inline constexpr std::uint8_t transmit_queue_full = 0x02;
+inline constexpr std::uint8_t error_warning = 0x04;
+inline constexpr std::uint8_t overrun = 0x08; ///< frames were lost in the controller
+inline constexpr std::uint8_t error_passive = 0x20;
+inline constexpr std::uint8_t arbitration_lost = 0x40;
+inline constexpr std::uint8_t bus_error = 0x80;
+} // namespace flag
+
+/// The flags in a line such as "F84"; nothing where it is no such line.
+std::optional<std::uint8_t> decode_flags(std::string_view text);
+
+/// "bus error, error passive"; empty: none.
+std::string to_words(std::uint8_t flags);
 
 /// Cuts a stream into lines, however it is split. A line that is too long to be one is swallowed to its end.
 class Reader

@@ -185,6 +185,53 @@ TEST_F(Slcan, ReportsARefusalOnceAtTheNextWriteWhichGoesOutAllTheSame)
     EXPECT_EQ(link_->write({&request, 1}).value(), 1u);
 }
 
+TEST_F(Slcan, AsksAnAdapterThatRefusedForItsFlagsAndTellsThem)
+{
+    open_silent();
+    adapter_->reads = {"\a"};
+    read_all();
+    EXPECT_EQ(adapter_->written, "F\r");
+    adapter_->reads = {"FA1\r"};
+    read_all();
+    EXPECT_EQ(static_cast<SlcanLink&>(*link_).flags(), 0xA1);
+    EXPECT_EQ(counters().overruns, 1u);
+    EXPECT_EQ(to_sentence(link_->write({&request, 1}).error()),
+              "the SLCAN adapter refused a command or frame (BEL) and reports bus error, error passive, receive queue "
+              "full; does the bus have power, termination and its rate?");
+    EXPECT_EQ(link_->write({&request, 1}).value(), 1u);
+}
+
+TEST_F(Slcan, DoesNotAskAnAdapterAgainThatRefusesTheQuestion)
+{
+    open_silent();
+    adapter_->reads = {"\a"};
+    read_all();
+    adapter_->reads = {"\a"}; // the answer to F
+    read_all();
+    EXPECT_EQ(counters().refused, 1u);
+    ASSERT_FALSE(link_->write({&request, 1}));
+    EXPECT_EQ(link_->write({&request, 1}).value(), 1u) << "the question is no refusal of a frame";
+    adapter_->reads = {"\a"};
+    read_all();
+    EXPECT_EQ(counters().refused, 2u);
+    EXPECT_EQ(adapter_->written.find("F\r"), adapter_->written.rfind("F\r"));
+    EXPECT_FALSE(link_->write({&request, 1})) << "later refusals are told";
+}
+
+TEST_F(Slcan, TellsFlagsWhenItIsAsked)
+{
+    open_silent();
+    auto& link = static_cast<SlcanLink&>(*link_);
+    EXPECT_TRUE(link.ask_flags());
+    EXPECT_FALSE(link.ask_flags()) << "the answer is due";
+    adapter_->reads = {"z\rF08\r"};
+    read_all();
+    EXPECT_EQ(adapter_->written, "F\r");
+    EXPECT_EQ(link.flags(), slcan::flag::overrun);
+    EXPECT_EQ(counters().overruns, 1u);
+    EXPECT_EQ(link_->write({&request, 1}).value(), 1u) << "that is no refusal";
+}
+
 TEST_F(Slcan, ChangesTheRateOfCan)
 {
     open_silent();
@@ -200,7 +247,10 @@ public:
     AdapterPort(SlcanAdapter& adapter, std::vector<wire::Frame>& bus) : adapter_(adapter), bus_(bus) {}
     std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
     {
-        adapter_.take(bytes, [&](const wire::Frame& frame) { bus_.push_back(frame); });
+        adapter_.take(bytes, [&](const wire::Frame& frame) {
+            bus_.push_back(frame);
+            return true;
+        });
         return bytes.size();
     }
     std::expected<Arrival, Error> read(std::span<std::uint8_t> into) override
@@ -281,7 +331,7 @@ TEST_F(Slcan, TalksToAnAdapterBehindAPseudoTerminal)
                                  ASSERT_TRUE(arrival);
                                  adapter.take(std::span(into).first(arrival->count), [&](const wire::Frame& frame) {
                                      bus.push_back(frame);
-                                     adapter.offer(reply);
+                                     return adapter.offer(reply);
                                  });
                                  adapter.drop((*master)->write(adapter.pending()).value());
                              }};

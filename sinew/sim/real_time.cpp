@@ -1,41 +1,30 @@
 #include "sinew/sim/real_time.hpp"
 
-#include "sinew/sim/pty_port.hpp"
+#include "sinew/sim/real_port.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
 
 namespace sinew::sim {
-namespace {
-
-/// Of a terminal whose program sets none; for a CAN adapter it means nothing.
-constexpr std::uint32_t adapter_bit_rate = 115'200;
-
-} // namespace
 
 std::expected<std::unique_ptr<RealTimeSimulator>, Error> RealTimeSimulator::make(const config::RobotFile& file,
-                                                                                 link::Clock& clock)
+                                                                                 link::Clock& clock,
+                                                                                 std::span<const Place> places)
 {
     auto world = World::make(file);
     if (!world)
         return std::unexpected(std::move(world.error()));
+    for (const Place& place : places)
+        if (const auto found = (*world)->find_bus(place.bus); !found)
+            return std::unexpected(found.error());
     std::unique_ptr<RealTimeSimulator> simulator(new RealTimeSimulator(std::move(*world), clock));
     for (WorldBus& bus : simulator->world_->buses()) {
-        CanWire* can = std::get_if<CanWire>(&bus.wire);
-        auto pty = link::PtyMaster::open(can != nullptr ? adapter_bit_rate : bus.bit_rate, clock);
-        if (!pty)
-            return std::unexpected(std::move(pty.error()));
-        const std::string device = (*pty)->device();
-        if (can != nullptr) {
-            simulator->links_.push_back(
-                {bus.name, bus.family->name, fmt::format("slcan:{}?bitrate={}", device, bus.bit_rate)});
-            simulator->ports_.push_back(std::make_unique<PtySlcanPort>(std::move(*pty), *can));
-        } else {
-            simulator->links_.push_back(
-                {bus.name, bus.family->name, fmt::format("serial:{}?baud={}", device, bus.bit_rate)});
-            simulator->ports_.push_back(
-                std::make_unique<PtySerialPort>(std::move(*pty), std::get<SerialWire>(bus.wire)));
-        }
+        const auto place = std::ranges::find(places, bus.name, &Place::bus);
+        auto opened = open_port(bus, place == places.end() ? "" : place->uri, clock);
+        if (!opened)
+            return std::unexpected(std::move(opened.error()));
+        simulator->links_.push_back({bus.name, bus.family->name, std::move(opened->link)});
+        simulator->ports_.push_back(std::move(opened->port));
     }
     return simulator;
 }
@@ -52,8 +41,10 @@ void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until, Visi
     std::vector<link::Handle> handles(ports_.size());
     while (!stop.load(std::memory_order_relaxed)) {
         serve(world_time());
-        if (visitor != nullptr)
+        if (visitor != nullptr) {
+            tell(*visitor);
             visitor->serve();
+        }
         const TimePoint now = clock_->now();
         if (now >= until)
             return;
@@ -67,6 +58,13 @@ void RealTimeSimulator::run(const std::atomic<bool>& stop, TimePoint until, Visi
             handles.insert(handles.end(), visitor->handles().begin(), visitor->handles().end());
         clock_->wait(handles, deadline);
     }
+}
+
+void RealTimeSimulator::tell(Visitor& visitor)
+{
+    for (std::size_t i = 0; i < ports_.size(); ++i)
+        if (const std::string news = ports_[i]->news(); !news.empty())
+            visitor.hear(fmt::format("{}: {}", links_[i].bus, news));
 }
 
 void RealTimeSimulator::serve(TimePoint now)

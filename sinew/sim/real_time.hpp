@@ -11,7 +11,7 @@
 
 namespace sinew::sim {
 
-class PtyPort;
+class RealPort;
 
 /// Somebody else who is served in the thread of a simulator: a prompt, a control socket.
 class Visitor
@@ -20,11 +20,13 @@ public:
     virtual ~Visitor() = default;
     virtual std::span<const link::Handle> handles() = 0; ///< what to wait for besides the ports
     virtual void serve() = 0;                            ///< whenever something woke the simulator; must not block
+    virtual void hear(std::string_view) {}               ///< a sentence on what happened outside, such as a lost link
 };
 
-/// A robot behind pseudo terminals in real time: any program opens its serial ports as it would open hardware. Serial
-/// buses are bare bytes, and devices answer only when the program set their bit rate; CAN buses are SLCAN adapters, and
-/// the rate that the program chose with S counts. Programs may come and go.
+/// A robot in real time, behind what any program opens as it would open hardware: pseudo terminals as a rule, TCP ports
+/// and CAN interfaces where it is asked for them, all at once. Serial buses are bare bytes, and devices answer only
+/// when the program set their bit rate (a TCP port runs at the bus's own); CAN buses on a terminal are SLCAN adapters,
+/// and the rate that the program chose with S counts. Programs may come and go.
 class RealTimeSimulator
 {
 public:
@@ -33,10 +35,17 @@ public:
         std::string_view family;
         std::string uri; ///< "serial:/dev/pts/5?baud=1500000", "slcan:/dev/pts/7?bitrate=1000000"
     };
+    /// Where a bus is to be found instead of behind a pseudo terminal: the link that a program then opens.
+    struct Place {
+        std::string bus;
+        std::string uri; ///< "tcp://127.0.0.1:4001" for a serial bus, "can:vcan0" for CAN
+    };
 
-    /// `link_failed` when there are no pseudo terminals. The clock, a real one, must outlive the simulator.
+    /// `link_failed` when there are no pseudo terminals, `unknown_name` for a place of no bus, the errors of
+    /// `open_port`. The clock, a real one, must outlive the simulator.
     static std::expected<std::unique_ptr<RealTimeSimulator>, Error> make(const config::RobotFile& file,
-                                                                         link::Clock& clock);
+                                                                         link::Clock& clock,
+                                                                         std::span<const Place> places = {});
     ~RealTimeSimulator();
 
     std::span<const BusLink> links() const { return links_; } ///< in the order of the file
@@ -57,13 +66,14 @@ public:
 private:
     RealTimeSimulator(std::unique_ptr<World> world, link::Clock& clock);
     void serve(TimePoint now);
+    void tell(Visitor& visitor);
     TimePoint world_time() const { return TimePoint{} + (clock_->now() - power_on_); }
 
     std::unique_ptr<World> world_;
     link::Clock* clock_;
     TimePoint power_on_;
     std::vector<BusLink> links_;
-    std::vector<std::unique_ptr<PtyPort>> ports_;
+    std::vector<std::unique_ptr<RealPort>> ports_;
     std::atomic<std::uint64_t> late_ = 0;
 };
 

@@ -37,10 +37,10 @@ struct RealTimeTest : testing::Test {
     void run(Duration time) { simulator->run(never, clock.now() + time); }
 
     /// What comes until `count` bytes are there or five seconds are over.
-    Bytes read(link::ByteLink& link, std::size_t count)
+    Bytes read(link::ByteLink& link, std::size_t count, Duration patience = 5s)
     {
         Bytes heard;
-        const TimePoint deadline = clock.now() + 5s;
+        const TimePoint deadline = clock.now() + patience;
         while (heard.size() < count && clock.now() < deadline) {
             run(1ms);
             std::array<std::uint8_t, 64> into;
@@ -107,6 +107,73 @@ TEST_F(RealTimeTest, CanDevicesAnswerBehindAnSlcanAdapter)
     EXPECT_EQ(heard[0].can_id, 0x141U);
     EXPECT_EQ(heard[1].can_id, 0x142U);
     EXPECT_TRUE(read(frames_of(*opened), 1, 20ms).empty());
+}
+
+TEST_F(RealTimeTest, ASerialBusBehindATcpPortServesOneClientAfterTheOther)
+{
+    const RealTimeSimulator::Place places[] = {{"left", "tcp://127.0.0.1:0"}, {"waist", "tcp://localhost:0"}};
+    auto made = RealTimeSimulator::make(robot(), clock, places);
+    ASSERT_TRUE(made) << to_sentence(made.error());
+    simulator = std::move(*made);
+    const std::string uri = simulator->links()[1].uri;
+    EXPECT_TRUE(uri.starts_with("tcp://127.0.0.1:")) << uri;
+    EXPECT_TRUE(uri.ends_with("?baud=115200")) << uri;
+    EXPECT_TRUE(simulator->links()[2].uri.starts_with("slcan:")) << "the others stay behind pseudo terminals";
+    for (int visit = 0; visit < 3; ++visit) {
+        auto waist = open(1);
+        ASSERT_TRUE(bytes_of(waist).write(nuri_ping_1));
+        EXPECT_EQ(read(bytes_of(waist), 6), nuri_pong_1) << "visit " << visit;
+        auto left = open(0); // both at once
+        ASSERT_TRUE(bytes_of(left).write(sam_status_3));
+        EXPECT_EQ(read(bytes_of(left), 2).size(), 2U);
+    }
+}
+
+TEST_F(RealTimeTest, AClientThatLeavesAmidARequestDoesNotDisturbTheNextOne)
+{
+    const RealTimeSimulator::Place places[] = {{"waist", "tcp://127.0.0.1:0"}};
+    simulator = std::move(*RealTimeSimulator::make(robot(), clock, places));
+    {
+        auto waist = open(1);
+        ASSERT_TRUE(bytes_of(waist).write(nuri_ping_1));
+    }
+    run(50ms); // the answer finds nobody
+    auto waist = open(1);
+    EXPECT_TRUE(read(bytes_of(waist), 1, 20ms).empty());
+    ASSERT_TRUE(bytes_of(waist).write(nuri_ping_2));
+    EXPECT_EQ(read(bytes_of(waist), 6), nuri_pong_2);
+}
+
+TEST_F(RealTimeTest, SaysWhichPlaceABusCannotHave)
+{
+    const auto refusal = [&](std::string bus, std::string uri) {
+        const RealTimeSimulator::Place places[] = {{std::move(bus), std::move(uri)}};
+        const auto made = RealTimeSimulator::make(robot(), clock, places);
+        return made ? "made" : to_sentence(made.error());
+    };
+    EXPECT_EQ(
+        refusal("legs", "tcp://127.0.0.1:0"),
+        "bus legs cannot be simulated at tcp://127.0.0.1:0: CAN buses are reached by can:INTERFACE, or by an SLCAN "
+        "adapter where no link is given");
+    EXPECT_EQ(
+        refusal("left", "can:vcan0"),
+        "bus left cannot be simulated at can:vcan0: serial buses are reached by tcp://ADDRESS:PORT, or by a pseudo "
+        "terminal where no link is given");
+    EXPECT_EQ(refusal("left", "tcp://127.0.0.1:many"),
+              "'tcp://127.0.0.1:many' must be written tcp://ADDRESS:PORT, such as tcp://127.0.0.1:4001");
+    EXPECT_EQ(refusal("left", "tcp://example:1"), "'example' is no address to listen on, such as 127.0.0.1");
+    EXPECT_NE(refusal("arm", "tcp://127.0.0.1:0").find("left, waist, legs"), std::string::npos);
+}
+
+TEST_F(RealTimeTest, ATcpPortThatIsTakenIsBusy)
+{
+    const RealTimeSimulator::Place anywhere[] = {{"left", "tcp://127.0.0.1:0"}};
+    simulator = std::move(*RealTimeSimulator::make(robot(), clock, anywhere));
+    const std::string uri = simulator->links()[0].uri;
+    const RealTimeSimulator::Place taken[] = {{"left", uri.substr(0, uri.find('?'))}};
+    const auto made = RealTimeSimulator::make(robot(), clock, taken);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, Errc::link_busy);
 }
 
 TEST_F(RealTimeTest, DevicesAnswerAtTheirOwnRateOnly)

@@ -35,10 +35,11 @@ def as_json(*words, code=0):
 
 
 class Simulator:
-    """`sinew sim` of a robot file, with its links by bus name."""
+    """`sinew sim` of a robot file, with its links by bus name; `words` are further options."""
 
-    def __init__(self, robot=DEMO, buses=3):
-        self.process = subprocess.Popen([SINEW, "sim", robot], stdout=subprocess.PIPE, text=True, env=environment())
+    def __init__(self, robot=DEMO, buses=3, words=(), stderr=None):
+        self.process = subprocess.Popen([SINEW, "sim", robot, *words], stdout=subprocess.PIPE, stderr=stderr, text=True,
+                                        env=environment())
         self.lines = [self.process.stdout.readline().rstrip("\n") for _ in range(buses)]
         self.link = {line.split()[0]: line.split()[2] for line in self.lines}
         self.robot = ["--robot", robot]

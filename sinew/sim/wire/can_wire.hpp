@@ -54,6 +54,9 @@ public:
     /// goes out and the frame is lost, as is one of more than 8 bytes.
     bool host_sends(const wire::Frame& frame, std::uint32_t bit_rate, TimePoint now);
 
+    /// How many frames `host_sends` takes now.
+    std::size_t host_room() const { return host_out_.room(); }
+
     /// `TimePoint::max()`: nothing will happen until the host sends.
     TimePoint next_event() const;
     /// All events up to `until` and at it, in the order of time.

@@ -1,0 +1,214 @@
+"""The command and other people's programs on the CAN stack of a real kernel. Runs as root in a guest: tools/test-can."""
+import fcntl
+import json
+import math
+import os
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import can
+
+sys.path.insert(0, os.path.join(os.environ["SINEW_SOURCE"], "tests", "system"))
+from support import PATIENCE, SINEW, Simulator, as_json, environment, sinew  # noqa: E402
+
+ROBOT = """
+version = 1
+name = "legs"
+[bus.legs]
+family = "rmd"
+bit_rate = 1000000
+""" + "".join(f"""
+[joint.{name}]
+bus = "legs"
+id = {id}
+""" for id, name in enumerate(("hip", "knee", "ankle", "toe"), 1))
+N_SLCAN, TIOCSETD, SIOCGIFNAME = 17, 0x5423, 0x8910
+
+
+def run(*words):
+    subprocess.run(words, check=True, timeout=PATIENCE)
+
+
+class OnCan(unittest.TestCase):
+    """A simulated robot of four motors on an interface of its own."""
+
+    def setUp(self):
+        self.robot = tempfile.NamedTemporaryFile("w", suffix=".toml")
+        self.robot.write(ROBOT)
+        self.robot.flush()
+        run("ip", "link", "add", "dev", "vcan1", "type", "vcan")
+        run("ip", "link", "set", "vcan1", "up")
+        self.sim = Simulator(self.robot.name, 1, ["--link", "legs=can:vcan1"], subprocess.PIPE)
+        self.children = []
+
+    def tearDown(self):
+        for child in self.children:
+            child.kill()
+            child.wait()
+            for stream in (child.stdout, child.stderr):
+                if stream:
+                    stream.close()
+        subprocess.run(["ip", "link", "del", "vcan1"], stderr=subprocess.DEVNULL)
+        code = self.sim.close()
+        self.sim.process.stderr.close()
+        self.robot.close()
+        self.assertEqual(code, 0, "of sinew sim at Ctrl-C")
+
+    def start(self, *words):
+        child = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment())
+        self.children.append(child)
+        return child
+
+    def watch(self, *words):
+        """The lines of `sinew watch` as they come."""
+        child = self.start(SINEW, "watch", "hip", *self.sim.robot, "--json", "--rate", "50", *words)
+        return child, (json.loads(line) for line in child.stdout)
+
+    def candump(self, count, *words):
+        """A candump that hears already."""
+        dump = self.start("stdbuf", "-oL", "candump", "-L", "-n", str(count + 1), *words, "vcan1")
+        seen = []
+        reader = threading.Thread(target=lambda: seen.extend(dump.stdout))
+        reader.start()
+        while not seen:
+            run("cansend", "vcan1", "7FF#")
+            reader.join(0.05)
+        return dump, reader, seen
+
+
+class Command(OnCan):
+    def test_sim_prints_the_link(self):
+        self.assertEqual(self.sim.link, {"legs": "can:vcan1?bitrate=1000000"})
+
+    def test_scan_finds_all_and_info_tells_them(self):
+        found = as_json("scan", "can:vcan1")
+        self.assertEqual([(d["family"], d["id"]) for d in found["devices"]], [("rmd", n) for n in range(1, 5)])
+        readings = as_json("info", "can:vcan1", "--family", "rmd", "--id", "2")["readings"]
+        self.assertTrue(all("values" in r for r in readings), readings)
+
+    def test_move_arrives(self):
+        sinew("move", "knee", "25deg", *self.sim.robot, "--yes")
+        state = json.loads(sinew("watch", "knee", *self.sim.robot, "--json", "--for", "10ms").stdout.splitlines()[0])
+        self.assertAlmostEqual(state["position_rad"], math.radians(25), delta=math.radians(0.6))
+
+    def test_cansend_is_answered_and_candump_is_decoded(self):
+        _, reader, seen = self.candump(2)
+        run("cansend", "vcan1", "142#9A00000000000000")
+        reader.join(PATIENCE)
+        lines = [line for line in seen if " 142#" in line]
+        self.assertEqual(len(lines), 2, seen)
+        decoded = sinew("decode", "--family", "rmd", "-", text="".join(lines)).stdout
+        self.assertIn("read-status1", decoded)
+        self.assertIn("voltage", decoded)
+
+    def test_what_sinew_sends_is_seen_by_candump(self):
+        _, reader, seen = self.candump(2)
+        sinew("send", "can:vcan1", "--family", "rmd", "--id", "3", "read-status2")
+        reader.join(PATIENCE)
+        frames = [line.split()[-1] for line in seen if " 143#" in line]
+        self.assertEqual(frames[0], "143#9C00000000000000")
+        self.assertTrue(frames[1].startswith("143#9C"), seen)
+
+    def test_python_can_drives_a_motor(self):
+        with can.Bus(interface="socketcan", channel="vcan1") as bus:
+            bus.send(can.Message(arbitration_id=0x141, data=bytes([0x9A] + [0] * 7), is_extended_id=False))
+            answer = bus.recv(timeout=PATIENCE)
+        self.assertEqual((answer.arbitration_id, answer.data[0]), (0x141, 0x9A))
+        self.assertEqual(int.from_bytes(answer.data[3:5], "little"), 240)  # 24 V in 0.1 V
+
+
+class Trouble(OnCan):
+    def test_two_masters_at_once(self):
+        masters = [self.start(SINEW, "watch", joint, *self.sim.robot, "--json", "--rate", "100", "--for", "2s")
+                   for joint in ("hip", "knee")]
+        for master, joint in zip(masters, ("hip", "knee")):
+            lines = [json.loads(line) for line in master.stdout]
+            self.assertEqual(master.wait(PATIENCE), 0)
+            self.assertGreater(len(lines), 10)
+            self.assertEqual({line["name"] for line in lines}, {joint})
+            self.assertEqual([line for line in lines if "error" in line], [])
+
+    def test_bus_off_is_told_and_survived(self):
+        _, lines = self.watch()
+        self.assertNotIn("error", next(lines))
+        error, good_after = "", False
+        for line in lines:
+            if "bus-off" in line.get("error", ""):
+                error = line["error"]
+            elif error and "error" not in line:
+                good_after = True
+                break
+            elif not error:
+                run("cansend", "vcan1", "20000040#0000000000000000")
+        self.assertIn("vcan1 is bus-off: its controller saw too many errors and fell silent.", error)
+        self.assertTrue(good_after)
+
+    def test_other_error_frames_disturb_nothing(self):
+        watch, lines = self.watch("--for", "2s")
+        self.assertNotIn("error", next(lines))
+        for kind in ("20000001", "20000008", "20000020", "20000088", "20000100"):
+            run("cansend", "vcan1", f"{kind}#0000000000000000")
+        self.assertEqual([line for line in lines if "error" in line], [])
+        self.assertEqual(watch.wait(PATIENCE), 0)
+
+    def test_an_interface_that_goes_down_is_named_and_the_simulator_comes_back(self):
+        _, lines = self.watch()
+        self.assertNotIn("error", next(lines))
+        run("ip", "link", "set", "vcan1", "down")
+        error = next(line["error"] for line in lines if "error" in line)
+        self.assertIn("vcan1 went down; 'ip link set vcan1 up' brings it up again", error)
+        self.assertIn("legs: vcan1 went down;", self.sim.process.stderr.readline())
+        done = sinew("scan", "can:vcan1", code=6)
+        self.assertIn("vcan1 is down: 'ip link set vcan1 up' brings it up", done.stderr)
+        run("ip", "link", "set", "vcan1", "up")
+        self.assertIn("legs: vcan1 is back", self.sim.process.stderr.readline())
+        self.assertEqual(len(as_json("scan", "can:vcan1", "--ids", "1-4")["devices"]), 4)
+
+    def test_an_interface_that_is_removed_is_named(self):
+        _, lines = self.watch()
+        self.assertNotIn("error", next(lines))
+        run("ip", "link", "del", "vcan1")
+        error = next(line["error"] for line in lines if "error" in line)
+        self.assertRegex(error, "vcan1 (went down|is gone)")
+        done = sinew("scan", "can:vcan1", code=3)
+        self.assertIn("there is no CAN interface 'vcan1', did you mean vcan0?", done.stderr)
+
+    def test_a_reader_that_falls_behind_goes_on(self):
+        watch, lines = self.watch()
+        self.assertNotIn("error", next(lines))
+        watch.send_signal(signal.SIGSTOP)
+        run("cangen", "vcan1", "-g", "0", "-n", "5000", "-I", "7F0", "-L", "8")
+        watch.send_signal(signal.SIGCONT)
+        for _ in range(20):
+            last = next(lines)
+        self.assertNotIn("error", last)
+        self.assertIsNone(watch.poll())
+
+
+class KernelSlcan(unittest.TestCase):
+    def test_the_kernel_drives_the_simulated_adapter(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+            robot.write(ROBOT)
+            robot.flush()
+            sim = Simulator(robot.name, 1)
+            device = sim.link["legs"].removeprefix("slcan:").split("?")[0]
+            line = os.open(device, os.O_RDWR | os.O_NOCTTY)
+            fcntl.ioctl(line, TIOCSETD, struct.pack("i", N_SLCAN))
+            name = fcntl.ioctl(line, SIOCGIFNAME, b"\0" * 16).rstrip(b"\0").decode()
+            run("ip", "link", "set", name, "up", "type", "can", "bitrate", "1000000")
+            found = as_json("scan", f"can:{name}?bitrate=1000000")
+            self.assertEqual([d["id"] for d in found["devices"]], [1, 2, 3, 4])
+            self.assertEqual([d["bit_rate"] for d in found["devices"]], [1000000] * 4)
+            done = sinew("scan", f"can:{name}?bitrate=500000", code=6)
+            self.assertIn(f"{name} runs at 1000000 bit/s, not at 500000", done.stderr)
+            os.close(line)  # the interface goes with it
+            self.assertEqual(sim.close(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
