@@ -21,7 +21,7 @@ HEAVY = {
     "nlohmann/": r"apps/cli/json\.cpp|tests/.*",
 }
 # The library needs the standard library, the operating system, fmt and (above) toml++; its tests GoogleTest.
-OUTSIDE = re.compile(r"[a-z0-9_]+(\.h)?|(sys|linux|asm|net|netinet|arpa)/[\w.]+|fmt/[\w-]+\.h|toml\+\+/toml\.hp*")
+OUTSIDE = re.compile(r"[a-z0-9_]+(\.h)?|(sys|linux|asm|net|netinet|arpa)/[\w./]+|fmt/[\w-]+\.h|toml\+\+/toml\.hp*")
 OUTSIDE_TEST = re.compile(r"(gtest|gmock)/[\w-]+\.h")
 # What tests share and knows nothing of sinew: the count of what is asked of the heap, and the names of proven lines.
 TEST_SUPPORT = ("tests/support/allocations.hpp", "tests/support/covers.hpp")
