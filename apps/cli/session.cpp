@@ -156,6 +156,7 @@ std::expected<bus::Bus*, Error> Session::bus_of(const Device& device)
             return fail(Errc::bad_argument, fmt::format("{} devices are on {}, which {} is not", device.family->name,
                                                         device.family->can ? "CAN" : "serial lines", device.link));
         auto bus = std::make_unique<bus::Bus>(device.link, std::move(*link), *clock_, *device.family->protocol);
+        bus->set_reopen(links_.reopener(device.link, *clock_));
         auto stop = std::make_unique<StopOnInterrupt>(*bus);
         known = open_.insert(open_.end(), Open{device.link, device.family, std::move(bus), std::move(stop)});
     }
@@ -299,12 +300,18 @@ std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& reque
 
 void wait_until(Session& session, TimePoint until)
 {
+    const auto buses = session.buses();
     std::vector<link::Handle> handles;
-    // The stop of a bus stands last among its handles; what devices send unasked must not end the wait.
-    for (auto* bus : session.buses())
-        handles.push_back(bus->handles().back());
-    while (!interrupted() && session.clock().now() < until)
-        session.clock().wait(handles, until);
+    while (!interrupted() && session.clock().now() < until) {
+        TimePoint next = until;
+        handles.clear();
+        for (auto* bus : buses) {
+            next = std::min(next, bus->tend());
+            const auto of_bus = bus->handles();
+            handles.insert(handles.end(), of_bus.begin(), of_bus.end());
+        }
+        session.clock().wait(handles, next);
+    }
 }
 
 } // namespace sinew::cli

@@ -23,7 +23,8 @@ class Session
 {
 public:
     Session();
-    /// The bus of a device, opened at its first use; it knows the device afterwards. Two families cannot share a link.
+    /// The bus of a device, opened at its first use; it knows the device afterwards, and opens its link again when that
+    /// was lost. Two families cannot share a link.
     std::expected<bus::Bus*, Error> bus_of(const Device& device);
     /// A link of the system or of the simulator with the clock that it needs. All links of a session share one clock:
     /// `bad_argument` for a simulated one in virtual time beside a real one.
@@ -81,7 +82,7 @@ std::expected<void, Error> hold(Driven& driven);
 /// One request; no values where no answer is due.
 std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request);
 
-/// Waits until `until` or until Ctrl-C.
+/// Waits until `until` or until Ctrl-C; links that were lost come back meanwhile.
 void wait_until(Session& session, TimePoint until);
 
 } // namespace sinew::cli

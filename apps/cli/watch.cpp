@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
+#include <utility>
 
 namespace sinew::cli {
 namespace {
@@ -15,6 +17,40 @@ constexpr double highest_rate_hz = 1000.0;
 struct Watched {
     Driven driven;
     std::string trouble;
+    bool lost = false; ///< it is the link that is in trouble
+};
+
+/// Says on stderr, once each, when a link was lost and when it is back.
+class LinkNews
+{
+public:
+    /// Whether there was any.
+    bool tell(const Session& session)
+    {
+        bool any = false;
+        for (auto* bus : session.buses()) {
+            const auto uri = link::parse_uri(bus->name());
+            const std::string device = uri ? uri->target : bus->name();
+            Known& known = known_[bus];
+            if (std::exchange(known.losses, bus->losses()) != bus->losses()) {
+                fmt::print(stderr, "sinew: link lost, waiting for {}\n", device);
+                known.waiting = any = true;
+            }
+            if (known.waiting && bus->link_trouble() == nullptr) {
+                fmt::print(stderr, "sinew: {} is back\n", device);
+                known.waiting = false;
+                any = true;
+            }
+        }
+        return any;
+    }
+
+private:
+    struct Known {
+        std::uint64_t losses = 0;
+        bool waiting = false;
+    };
+    std::map<const bus::Bus*, Known> known_;
 };
 
 std::expected<Duration, Error> period_from(const Words& words)
@@ -51,7 +87,7 @@ std::expected<std::vector<Watched>, Error> open_all(Session& session, const Word
         auto driven = drive(session, std::move(device));
         if (!driven)
             return std::unexpected(driven.error());
-        out.push_back({std::move(*driven), {}});
+        out.push_back({.driven = std::move(*driven)});
     }
     return out;
 }
@@ -62,7 +98,13 @@ void look(Watched& watched)
     if (auto read = read_state(watched.driven, actuator::Depth::full); !read) {
         watched.driven.state = {};
         watched.trouble = to_sentence(read.error());
+        watched.lost = read.error().code == Errc::link_lost;
     }
+}
+
+std::string_view no_state(const Watched& watched)
+{
+    return watched.lost ? "link lost" : "no answer";
 }
 
 std::string table(const std::vector<Watched>& all, std::size_t cells_shown)
@@ -77,7 +119,7 @@ std::string table(const std::vector<Watched>& all, std::size_t cells_shown)
         std::vector<std::string> row{one.driven.device.name};
         std::ranges::copy(some(state_cells(one.driven)), std::back_inserter(row));
         if (!one.trouble.empty())
-            row[1] = "no answer";
+            row[1] = no_state(one);
         out.add(std::move(row));
     }
     return out.text();
@@ -115,7 +157,7 @@ void print_plain(const std::vector<Watched>& all, Duration time)
         for (const auto& cell : state_cells(one.driven))
             if (!cell.empty())
                 line += "  " + cell;
-        fmt::print("{}{}\n", line, one.trouble.empty() ? "" : "  no answer");
+        fmt::print("{}{}{}\n", line, one.trouble.empty() ? "" : "  ", one.trouble.empty() ? "" : no_state(one));
     }
     std::fflush(stdout);
 }
@@ -158,12 +200,15 @@ Outcome run(const Words& words)
     const TimePoint begin = session.clock().now();
     const TimePoint end = *time ? begin + **time : TimePoint::max();
     TimePoint next = begin;
+    LinkNews news;
     for (bool first = true; !interrupted(); first = false) {
         for (auto& one : *all)
             if (!interrupted())
                 look(one);
         if (interrupted())
             break;
+        // What was said stands above the table, which begins anew.
+        first = news.tell(session) || first;
         const Duration since = session.clock().now() - begin;
         if (words.json())
             print_json(*all, since);
@@ -198,7 +243,9 @@ Verb watch_verb()
         .examples = {{"sinew watch --robot arm.toml", "all joints"},
                      {"sinew watch serial:/dev/ttyUSB0 --family sam --id 1 --json --for 5s", "for a program"}},
         .run = run,
-        .more = "On a terminal the table stays in place; elsewhere every look is a line."};
+        .more = "On a terminal the table stays in place; elsewhere every look is a line. A link that is unplugged is "
+                "waited "
+                "for."};
 }
 
 } // namespace sinew::cli

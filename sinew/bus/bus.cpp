@@ -49,8 +49,10 @@ link::LinkState Bus::link_state() const
 std::expected<std::uint32_t, Error> Bus::set_bit_rate(std::uint32_t bit_rate)
 {
     auto set = std::visit([&](auto& l) { return l->set_bit_rate(bit_rate); }, link_);
-    if (set)
+    if (set) {
         conversation_.set_bit_rate(*set);
+        asked_bit_rate_ = bit_rate;
+    }
     return set;
 }
 
@@ -72,6 +74,9 @@ void Bus::clear_stop() noexcept
 void Bus::start(std::span<const wire::Request> requests, std::span<Result> results)
 {
     conversation_.begin(requests, results);
+    ended_by_loss_ = std::exchange(untold_, false);
+    if (ended_by_loss_)
+        conversation_.abandon(lost_error_, clock_.now());
 }
 
 std::span<const link::Handle> Bus::handles()
@@ -83,11 +88,17 @@ std::span<const link::Handle> Bus::handles()
 
 void Bus::end_with(const Error& error)
 {
-    // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
-    lost_ = !link_state().open;
-    lost_error_ = error;
     pending_ = nullptr;
     written_ = 0;
+    // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
+    if (!link_state().open) {
+        lost_ = true;
+        lost_error_ = error;
+        ++losses_;
+        next_try_ = clock_.now();
+        ended_by_loss_ = conversation_.busy();
+        untold_ = !ended_by_loss_;
+    }
     conversation_.abandon(error, clock_.now());
 }
 
@@ -150,10 +161,13 @@ bool Bus::write_pending()
 
 bool Bus::work()
 {
-    if (!lost_)
+    if (lost_)
+        try_to_reopen();
+    else
         read_link();
     for (;;) {
         if (lost_) {
+            ended_by_loss_ = ended_by_loss_ || conversation_.busy();
             conversation_.abandon(lost_error_, clock_.now());
             return true;
         }
@@ -191,7 +205,7 @@ std::expected<void, Error> Bus::exchange(std::span<const wire::Request> requests
     start(requests, results);
     Bus* const self = this;
     drive({&self, 1});
-    if (lost_)
+    if (ended_by_loss_)
         return std::unexpected(lost_error_);
     return {};
 }

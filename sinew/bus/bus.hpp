@@ -2,6 +2,7 @@
 #include "sinew/bus/conversation.hpp"
 #include "sinew/link/clock.hpp"
 #include "sinew/link/link.hpp"
+#include "sinew/link/reopen.hpp"
 #include "sinew/wire/codec.hpp"
 
 #include <atomic>
@@ -31,6 +32,10 @@ struct Device {
 
 /// Owns its link and talks over it from the caller's thread. One thread at a time, except `request_stop`. In the steady
 /// state an exchange uses no heap and no system call but the reads, writes and waits themselves.
+///
+/// A link that hangs up is closed at once. The exchange in progress, or the next one where none was, ends with
+/// `link_lost`: once for every loss somebody is told, for devices that lost their power have forgotten where they were.
+/// The link stays lost unless `set_reopen` says how it comes back.
 class Bus
 {
 public:
@@ -70,6 +75,27 @@ public:
     void request_stop() noexcept;
     void clear_stop() noexcept;
 
+    /// Lets the bus open its link again after a loss, such as with `link::Links::reopener`; an empty function leaves it
+    /// lost, as it is at the start.
+    ///
+    /// While the link is lost every exchange first tries to open it, at most once in `period`, and ends at once with
+    /// `link_lost` and the reason when that fails: nothing waits and no thread runs. A program that exchanges, or calls
+    /// `tend`, more often than that has its link back within two periods after the device. It comes back with the bit
+    /// rate that was set last, and in doubt: see `Conversation::distrust`. What devices forgot is not set again.
+    void set_reopen(link::Reopen reopen, Duration period = std::chrono::milliseconds(100));
+
+    /// For a program that asks nothing at the moment (never between `start` and the end of its exchange): notices a
+    /// hang-up, drops what came unasked, and tries to open a lost link. Returns when it wants to be called again; a
+    /// wait looks at `handles()` as well.
+    TimePoint tend();
+
+    /// Tends the link until it is open, a stop is asked for or `until` has come. Whether it is open.
+    bool wait_for_link(TimePoint until);
+
+    std::uint64_t losses() const { return losses_; } ///< how often the link was lost
+    /// Why there is no link; nullptr while it is open.
+    const Error* link_trouble() const { return lost_ ? &lost_error_ : nullptr; }
+
     void set_tap(std::function<void(const Tapped&)> tap) { tap_ = std::move(tap); }
     const std::string& name() const { return name_; }
     const wire::Protocol& protocol() const { return protocol_; }
@@ -92,6 +118,8 @@ private:
     bool begin_next();
     bool write_pending();
     void end_with(const Error& error);
+    void try_to_reopen();
+    std::expected<void, Error> adopt(link::AnyLink link);
     std::expected<wire::Frame, Error> one(const wire::Request& request);
 
     std::string name_;
@@ -109,8 +137,16 @@ private:
     std::array<link::Handle, 2> handles_{};
     std::atomic<bool> stop_{false};
     int stop_event_ = -1;
+
     bool lost_ = false;
+    bool ended_by_loss_ = false; // the latest exchange
+    bool untold_ = false;        // a loss that has ended no exchange yet
     Error lost_error_{};
+    link::Reopen reopen_;
+    Duration reopen_period_{};
+    TimePoint next_try_{};
+    std::uint32_t asked_bit_rate_ = 0; // 0: as the link was opened
+    std::uint64_t losses_ = 0;
 };
 
 /// Works on all buses at once, in this thread, until every exchange has ended or `until` has come. All buses share one

@@ -86,6 +86,11 @@ std::optional<bool> low_latency_of(const fs::path& tty)
     return value ? std::optional{(*value & ASYNC_LOW_LATENCY) != 0} : std::nullopt;
 }
 
+fs::path tty_folder(const std::string& device, const Roots& roots)
+{
+    return fs::path{roots.sys} / "class/tty" / fs::path{device}.filename();
+}
+
 std::string group_of(const struct stat& file)
 {
     const group* owner = (file.st_mode & S_IWGRP) != 0 && file.st_gid != 0 ? ::getgrgid(file.st_gid) : nullptr;
@@ -111,7 +116,8 @@ Adapter look_at_adapter(const std::string& device, const Roots& roots)
     found.by_id = find_by_id(device, roots);
     found.holders = find_holders(found.device, roots);
 
-    const fs::path tty = fs::path{roots.sys} / "class/tty" / fs::path{found.device}.filename();
+    const fs::path tty = tty_folder(found.device, roots);
+    found.serial_number = find_serial_number(device, roots);
     std::error_code none;
     found.driver = fs::read_symlink(tty / "device/driver", none).filename().string();
     for (const auto* place : {"device/latency_timer", "latency_timer"})
@@ -140,6 +146,18 @@ std::string find_by_id(const std::string& device, const Roots& roots)
             found = name.string();
     });
     return found;
+}
+
+std::string find_serial_number(const std::string& device, const Roots& roots)
+{
+    // The folder of the USB device is a few floors above that of its port.
+    std::error_code none;
+    std::error_code no_product;
+    fs::path at = fs::canonical(tty_folder(resolved(device), roots) / "device", none);
+    for (; !none && at.has_relative_path(); at = at.parent_path())
+        if (fs::exists(at / "idProduct", no_product))
+            return first_line(at / "serial");
+    return {};
 }
 
 std::optional<Holder> lock_holder(const std::string& device, const Roots& roots)

@@ -29,8 +29,9 @@ struct DriverSettings {
 struct Adapter {
     std::string device; ///< the device file itself, "/dev/ttyUSB0", where a symlink was given
     bool is_there = false;
-    std::string by_id;  ///< "/dev/serial/by-id/usb-FTDI_…-if00-port0", the name that stays; empty: none
-    std::string driver; ///< "ftdi_sio", "cp210x", "cdc_acm"; empty: unknown, or no hardware
+    std::string by_id;         ///< "/dev/serial/by-id/usb-FTDI_…-if00-port0", the name that stays; empty: none
+    std::string serial_number; ///< of the USB device, which tells it from its twins; empty: it has none
+    std::string driver;        ///< "ftdi_sio", "cp210x", "cdc_acm"; empty: unknown, or no hardware
     /// How long the adapter may keep received bytes back to collect more (FTDI: 16 ms unless it was changed). Absent:
     /// the driver has no such timer.
     std::optional<int> latency_timer_ms;
@@ -48,6 +49,9 @@ DriverSettings driver_settings(int fd);
 
 /// The name under /dev/serial/by-id, made of vendor, product, serial number and interface; empty: none.
 std::string find_by_id(const std::string& device, const Roots& roots = {});
+
+/// The serial number of the USB device that the port belongs to; empty: none.
+std::string find_serial_number(const std::string& device, const Roots& roots = {});
 
 /// Who holds the lock (flock) on the file that `device` names, asked of the kernel's list, for trying the lock would
 /// turn away a program that takes it at this moment. Absent: nobody.

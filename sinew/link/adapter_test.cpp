@@ -56,6 +56,7 @@ TEST_F(AdapterTest, IsNamedWithItsDriverAndItsLatency)
     EXPECT_TRUE(adapter.is_there && adapter.may_open);
     EXPECT_EQ(adapter.driver, "ftdi_sio");
     EXPECT_EQ(adapter.latency_timer_ms, 16);
+    EXPECT_EQ(adapter.serial_number, "");
     EXPECT_EQ(adapter.by_id, (root_ / "dev/serial/by-id/usb-FTDI_A50285BI-if00-port0").string());
     EXPECT_TRUE(adapter.holders.empty());
     EXPECT_FALSE(adapter.low_latency.has_value());
@@ -66,6 +67,19 @@ TEST_F(AdapterTest, IsTheSameUnderTheNameThatStays)
     const auto adapter = look_at_adapter((root_ / "dev/serial/by-id/usb-FTDI_A50285BI-if00-port0").string(), roots());
     EXPECT_EQ(adapter.device, fs::canonical(device()).string());
     EXPECT_EQ(adapter.latency_timer_ms, 16);
+}
+
+TEST_F(AdapterTest, HasTheSerialNumberOfTheUsbDeviceAboveIt)
+{
+    write("sys/devices/usb1/1-1/idProduct", "6001\n");
+    write("sys/devices/usb1/1-1/serial", "A50285BI\n");
+    write("sys/devices/usb1/1-1/1-1:1.0/ttyUSB4/latency_timer", "1\n");
+    write("dev/ttyUSB4", "");
+    fs::create_directories(root_ / "sys/class/tty/ttyUSB4");
+    fs::create_directory_symlink("../../../devices/usb1/1-1/1-1:1.0/ttyUSB4", root_ / "sys/class/tty/ttyUSB4/device");
+    const auto adapter = look_at_adapter((root_ / "dev/ttyUSB4").string(), roots());
+    EXPECT_EQ(adapter.serial_number, "A50285BI");
+    EXPECT_EQ(adapter.latency_timer_ms, 1);
 }
 
 TEST_F(AdapterTest, SaysNothingOfADeviceThatIsGone)

@@ -68,8 +68,7 @@ std::unexpected<Error> Descriptor::hang_up(std::string_view why)
 
 std::unexpected<Error> Descriptor::lost() const
 {
-    return fail(Errc::link_lost,
-                fmt::format("{} hung up ({}); plug it in or start it again, then open it anew", name_, why_));
+    return fail(Errc::link_lost, fmt::format("{} hung up ({}); is it plugged in and powered?", name_, why_));
 }
 
 } // namespace sinew::link

@@ -1,59 +1,55 @@
 #pragma once
+#include "sinew/link/clock.hpp"
 #include "sinew/link/link.hpp"
 #include "sinew/link/uri.hpp"
 
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <utility>
 
 namespace sinew::link {
 
-/// Option `echo=on|off` of a link, off where it is not given.
-std::expected<bool, Error> echo_option(const Uri& uri);
+/// Whether an adapter hears itself (RS-485 with the receiver always on).
+enum class Echo : std::uint8_t {
+    off,
+    on,
+    automatic, ///< not known: the traffic tells
+};
 
-/// A byte link over an adapter that hears itself (RS-485 with the receiver always on): what comes back of the own bytes
-/// is swallowed. Bytes that match what was written are held back until the whole of it is heard; at the first byte that
-/// differs everything held back and everything after it is passed on, and nothing more is expected to echo until the
-/// next write. So an adapter without echo works as well, as long as no answer begins with the whole request.
+/// Option `echo=on|off|auto` of a link, off where it is not given.
+std::expected<Echo, Error> echo_option(const Uri& uri);
+
+/// A byte link over an adapter that hears itself, or may do so: what comes back of the own bytes is swallowed.
+///
+/// Where there is an echo, nothing passes after a write until all that was written has been heard: what comes before
+/// cannot be the answer, and an echo that is damaged means that the request was. So an answer after a damaged echo is
+/// lost, and never is a piece of an echo taken for one.
+///
+/// With `automatic` nothing is sent to find out. The first whole echo decides that there is one. Bytes that no echo
+/// with one byte flipped, lost or added explains pass at once; three writes without an echo decide that there is
+/// none, and from then on everything passes untouched. Until then an answer that looks like the beginning of its own
+/// request is held back, and dropped at the next write. Where a device repeats a whole request as its answer, the
+/// option must be given as on or off.
 class EchoLink final : public ByteLink
 {
 public:
-    explicit EchoLink(std::unique_ptr<ByteLink> inner) : inner_(std::move(inner)) {}
+    /// `echo` is not `off`. The clock, that of `inner`, must outlive the link.
+    EchoLink(std::unique_ptr<ByteLink> inner, Echo echo, const Clock& clock);
 
-    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
-    {
-        const auto count = inner_->write(bytes.first(std::min(bytes.size(), capacity - expected_.size())));
-        if (count)
-            expected_.append(bytes.first(*count));
-        return count;
-    }
-
-    std::expected<Arrival, Error> read(std::span<std::uint8_t> into) override
-    {
-        if (passed_.empty()) {
-            // All that is held back may come out together with what is read now; beyond that nothing is left in here
-            // that the caller, who waits for the handle, would not hear of.
-            std::array<std::uint8_t, capacity> heard;
-            const auto arrival = inner_->read(std::span(heard).first(std::min(into.size(), capacity - matched_)));
-            if (!arrival)
-                return arrival;
-            at_ = arrival->at;
-            for (std::size_t i = 0; i < arrival->count; ++i)
-                hear(heard[i]);
-        }
-        const std::size_t count = std::min(into.size(), passed_.size());
-        std::ranges::copy(passed_.bytes().first(count), into.begin());
-        passed_.drop(count);
-        return Arrival{.count = count, .at = at_};
-    }
-
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override;
+    std::expected<Arrival, Error> read(std::span<std::uint8_t> into) override;
     int handle() const override { return inner_->handle(); }
     LinkState state() const override { return inner_->state(); }
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override
     {
         return inner_->set_bit_rate(bit_rate);
     }
+
+    Echo echo() const { return echo_; } ///< `automatic`: not decided yet
+
+    /// An echo that has not come so long after its own bits does not come: adapters keep bytes back for 16 ms at most.
+    static constexpr Duration patience = std::chrono::milliseconds{25};
+    static constexpr int writes_to_decide = 3;
 
 private:
     static constexpr std::size_t capacity = 512;
@@ -74,37 +70,33 @@ private:
             std::copy(data_.begin() + count, data_.begin() + size_, data_.begin());
             size_ -= count;
         }
+        void clear() { size_ = 0; }
 
     private:
         std::array<std::uint8_t, capacity> data_{};
         std::size_t size_ = 0;
     };
 
-    void hear(std::uint8_t byte)
-    {
-        if (expected_.empty()) {
-            passed_.append({&byte, 1});
-        } else if (byte == expected_.bytes()[matched_]) {
-            if (++matched_ == expected_.size())
-                forget();
-        } else {
-            passed_.append(expected_.bytes().first(matched_));
-            passed_.append({&byte, 1});
-            forget();
-        }
-    }
-
-    void forget()
-    {
-        expected_.drop(expected_.size());
-        matched_ = 0;
-    }
+    bool given_up(TimePoint now) const;
+    void hear(std::uint8_t byte);
+    void hear_where_an_echo_is(std::uint8_t byte);
+    void hear_where_an_echo_may_be(std::uint8_t byte);
+    void found_no_echo();
+    void forget();
 
     std::unique_ptr<ByteLink> inner_;
+    Echo echo_;
+    const Clock* clock_;
     Buffer expected_; ///< written and not yet heard
-    Buffer passed_;   ///< heard and not the own
-    std::size_t matched_ = 0;
+    Buffer heard_;    ///< since then, and not passed
+    Buffer passed_;   ///< for the reader
+    bool damaged_ = false;
+    int unechoed_ = 0; ///< writes
+    TimePoint written_at_{};
     TimePoint at_{};
 };
+
+/// The link itself where there is no echo.
+std::unique_ptr<ByteLink> with_echo(std::unique_ptr<ByteLink> link, Echo echo, const Clock& clock);
 
 } // namespace sinew::link

@@ -7,6 +7,7 @@
 #include "sinew/link/tcp.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -50,37 +51,56 @@ std::unexpected<Error> refuse_option(std::string_view option, const Scheme& sche
                                            suggest(option, scheme.options), fmt::join(scheme.options, ", ")));
 }
 
+/// Of the port of an adapter: see `Links::reopener`.
+auto device_reopener(std::function<std::expected<AnyLink, Error>(const Uri&, Clock&)> open, const Roots& roots)
+{
+    return [open, roots](const Uri& uri, Clock& clock) -> Reopen {
+        Uri again = uri;
+        std::error_code none;
+        if (!std::filesystem::is_symlink(uri.target, none) && !find_serial_number(uri.target, roots).empty())
+            if (auto by_id = find_by_id(uri.target, roots); !by_id.empty())
+                again.target = std::move(by_id);
+        return [open, again, &clock] { return open(again, clock); };
+    };
+}
+
 } // namespace
 
-Links Links::system()
+Links Links::system(const Roots& roots)
 {
     const auto serial = opener<ByteLink>(&open_serial);
+    const auto slcan = opener<CanLink>(&open_slcan);
     Links links;
     links.add({.name = "serial",
                .form = "serial:DEVICE?baud=RATE",
-               .says = "A serial port; echo=on where the adapter hears itself.",
+               .says = "A serial port; echo=on where the adapter hears itself, auto to find out.",
                .options = {"baud", "echo"},
-               .open = serial});
+               .open = serial,
+               .reopener = device_reopener(serial, roots)});
     links.add({.name = "rs485",
                .form = "rs485:DEVICE?baud=RATE",
                .says = "A serial port whose driver switches the direction of RS-485 where it can.",
                .options = {"baud", "echo"},
-               .open = serial});
+               .open = serial,
+               .reopener = device_reopener(serial, roots)});
     links.add({.name = "pty",
                .form = "pty:DEVICE",
                .says = "A pseudo terminal of a simulator; baud is what its devices see.",
                .options = {"baud", "echo"},
-               .open = serial});
+               .open = serial,
+               .reopener = device_reopener(serial, roots)});
     links.add({.name = "tcp",
                .form = "tcp://HOST:PORT",
                .says = "A box from Ethernet to RS-485; baud tells the rate that is set on it.",
                .options = {"baud", "echo"},
-               .open = opener<ByteLink>(&open_tcp)});
+               .open = opener<ByteLink>(&open_tcp),
+               .reopener = &reopen_tcp});
     links.add({.name = "slcan",
                .form = "slcan:DEVICE?bitrate=RATE",
                .says = "A CAN adapter that speaks SLCAN; bitrate is that of CAN, baud that of the port.",
                .options = {"bitrate", "baud"},
-               .open = opener<CanLink>(&open_slcan)});
+               .open = slcan,
+               .reopener = device_reopener(slcan, roots)});
     links.add({.name = "can",
                .form = "can:INTERFACE",
                .says = "A CAN interface of Linux (SocketCAN); ids=141-160,280 hears only these identifiers.",
@@ -94,9 +114,9 @@ void Links::add(Scheme scheme)
     schemes_.push_back(std::move(scheme));
 }
 
-std::expected<AnyLink, Error> Links::open(std::string_view uri, Clock& clock) const
+std::expected<std::pair<Uri, const Scheme*>, Error> Links::find(std::string_view uri) const
 {
-    const auto parsed = parse_uri(uri);
+    auto parsed = parse_uri(uri);
     if (!parsed)
         return std::unexpected(parsed.error());
     const auto scheme = std::ranges::find(schemes_, parsed->scheme, &Scheme::name);
@@ -105,7 +125,24 @@ std::expected<AnyLink, Error> Links::open(std::string_view uri, Clock& clock) co
     for (const auto& [name, value] : parsed->options)
         if (std::ranges::find(scheme->options, name) == scheme->options.end())
             return refuse_option(name, *scheme);
-    return scheme->open(*parsed, clock);
+    return std::pair{std::move(*parsed), &*scheme};
+}
+
+std::expected<AnyLink, Error> Links::open(std::string_view uri, Clock& clock) const
+{
+    const auto found = find(uri);
+    return found ? found->second->open(found->first, clock) : std::unexpected(found.error());
+}
+
+Reopen Links::reopener(std::string_view uri, Clock& clock) const
+{
+    const auto found = find(uri);
+    if (!found)
+        return [error = found.error()] { return std::unexpected(error); };
+    const auto& [parsed, scheme] = *found;
+    if (scheme->reopener)
+        return scheme->reopener(parsed, clock);
+    return [open = scheme->open, again = parsed, &clock] { return open(again, clock); };
 }
 
 } // namespace sinew::link

@@ -4,8 +4,13 @@
 #include "sinew/link/pty.hpp"
 #include "sinew/link/virtual.hpp"
 
+#include <filesystem>
+#include <fstream>
+
 namespace sinew::link {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string refusal(const Links& links, std::string_view uri)
 {
@@ -93,6 +98,92 @@ TEST(Links, TakeFurtherKinds)
     RealClock clock;
     EXPECT_TRUE(links.open("sim:arm.toml#left", clock));
     EXPECT_EQ(refusal(links, "sim:arm.toml?x=1"), "sim: has no options, so 'x' means nothing");
+}
+
+/// A /dev/serial/by-id and a /sys of one adapter with a serial number, whose device file is a pseudo terminal.
+class Replugged : public ::testing::Test
+{
+protected:
+    void SetUp() override
+    {
+        std::string name = (fs::temp_directory_path() / "sinew-links-XXXXXX").string();
+        ASSERT_NE(::mkdtemp(name.data()), nullptr);
+        root_ = name;
+        fs::create_directories(root_ / "dev/serial/by-id");
+        plug();
+        links_ = Links::system({.dev = (root_ / "dev").string(), .sys = (root_ / "sys").string()});
+    }
+    ~Replugged() override { fs::remove_all(root_); }
+
+    /// Another device file, to which the name that stays leads.
+    void plug()
+    {
+        port_ = std::move(*PtyMaster::open(9600, clock_));
+        const fs::path device = port_->device();
+        fs::remove(by_id());
+        fs::create_symlink(device, by_id());
+        const fs::path usb = root_ / "sys/class/tty" / device.filename();
+        fs::create_directories(usb / "device");
+        std::ofstream{usb / "idProduct"} << "6001\n";
+        std::ofstream{usb / "serial"} << serial_number_ << '\n';
+    }
+    fs::path by_id() const { return root_ / "dev/serial/by-id/usb-FTDI_A50285BI-if00-port0"; }
+    bool opens(const Reopen& reopen)
+    {
+        const auto link = reopen();
+        error_ = link ? "" : to_sentence(link.error());
+        return link && port_->client_bit_rate() == 250000U;
+    }
+
+    RealClock clock_;
+    fs::path root_;
+    std::string serial_number_ = "A50285BI";
+    std::unique_ptr<PtyMaster> port_;
+    Links links_;
+    std::string error_;
+};
+
+TEST_F(Replugged, IsFoundUnderAnotherNameByItsSerialNumber)
+{
+    const auto before = std::move(port_);
+    plug();
+    const std::string old = before->device();
+    fs::remove(by_id());
+    fs::create_symlink(old, by_id());
+    const auto reopen = links_.reopener("serial:" + old + "?baud=250000", clock_);
+    fs::remove(by_id());
+    EXPECT_FALSE(opens(reopen)) << "another adapter that has got the old name is not taken";
+    EXPECT_NE(error_.find("there is no device " + by_id().string()), std::string::npos) << error_;
+    plug();
+    EXPECT_TRUE(opens(reopen)) << error_;
+}
+
+TEST_F(Replugged, IsFollowedThroughTheSymlinkThatNamesIt)
+{
+    const auto reopen = links_.reopener("serial:" + by_id().string() + "?baud=250000", clock_);
+    EXPECT_TRUE(opens(reopen)) << error_;
+    port_.reset();
+    EXPECT_FALSE(opens(reopen));
+    plug();
+    EXPECT_TRUE(opens(reopen)) << error_;
+}
+
+TEST_F(Replugged, IsKnownByItsDeviceFileOnlyWhereItHasNoSerialNumber)
+{
+    serial_number_ = "";
+    plug();
+    const auto reopen = links_.reopener("serial:" + port_->device() + "?baud=250000", clock_);
+    fs::remove(by_id());
+    EXPECT_TRUE(opens(reopen)) << error_;
+}
+
+TEST(Links, SayTheSameOfABadUriWhenReopening)
+{
+    RealClock clock;
+    const auto links = Links::system();
+    EXPECT_EQ(to_sentence(links.reopener("serail:/dev/ttyUSB0", clock)().error()),
+              refusal(links, "serail:/dev/ttyUSB0"));
+    EXPECT_EQ(links.reopener("tcp://nowhere", clock)().error().code, Errc::bad_uri);
 }
 
 } // namespace

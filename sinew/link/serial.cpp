@@ -154,7 +154,7 @@ std::expected<std::unique_ptr<ByteLink>, Error> open_serial(const SerialPort& po
     if (port.bit_rate != 0 && !tty::is_near(port.bit_rate, *set))
         return refuse_rate(port.device, port.bit_rate, *set);
     if (port.rs485)
-        if (const int problem = switch_direction_in_driver(fd.get(), port.echo); problem != 0)
+        if (const int problem = switch_direction_in_driver(fd.get(), port.echo == Echo::on); problem != 0)
             return fail(Errc::link_failed,
                         fmt::format("the driver of {} refuses to switch the direction for RS-485: {}", port.device,
                                     std::strerror(problem)));
@@ -163,9 +163,7 @@ std::expected<std::unique_ptr<ByteLink>, Error> open_serial(const SerialPort& po
     ::ioctl(fd.get(), TIOCEXCL);
 
     std::unique_ptr<ByteLink> link = std::make_unique<SerialLink>(std::move(fd), port.device, *set, clock);
-    if (port.echo)
-        link = std::make_unique<EchoLink>(std::move(link));
-    return link;
+    return with_echo(std::move(link), port.echo, clock);
 }
 
 std::expected<std::unique_ptr<ByteLink>, Error> open_serial(const Uri& uri, Clock& clock)

@@ -10,6 +10,7 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 namespace sinew::link {
@@ -270,7 +271,27 @@ TEST_F(SerialLink, SwallowsItsEchoWhenAsked)
 
     const auto wrong = open_uri(fmt::format("rs485:{}?baud=250000&echo=yes", master_->device()));
     ASSERT_FALSE(wrong);
-    EXPECT_EQ(to_sentence(wrong.error()), "option echo must be on or off, not 'yes'");
+    EXPECT_EQ(to_sentence(wrong.error()), "option echo must be on, off or auto, not 'yes'");
+}
+
+TEST_F(SerialLink, FindsOutAboutItsEchoWhenAsked)
+{
+    auto link = open_uri(fmt::format("serial:{}?baud=250000&echo=auto", master_->device()));
+    ASSERT_TRUE(link) << to_sentence(link.error());
+    ASSERT_TRUE((*link)->write(test::bytes("ask")));
+    ASSERT_TRUE(master_->write(test::bytes("askanswer")));
+    EXPECT_EQ(test::read(**link, clock_, 6), "answer");
+}
+
+TEST_F(SerialLink, LeavesTheModemLinesAlone)
+{
+    // HUPCL off: the lines do not fall when the port closes.
+    auto link = open();
+    ASSERT_TRUE(link);
+    termios settings{};
+    ASSERT_EQ(::tcgetattr((*link)->handle(), &settings), 0);
+    EXPECT_EQ(settings.c_cflag & (HUPCL | CRTSCTS), 0U);
+    EXPECT_NE(settings.c_cflag & CLOCAL, 0U);
 }
 
 TEST(TtyRate, IsNearWithinTwoPercent)

@@ -69,33 +69,48 @@ void settle(int fd)
     set(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 8000);
 }
 
-/// Connected, or errno.
-std::expected<Fd, int> connect(const addrinfo& to, Clock& clock)
+/// A connection that has begun, or errno.
+std::expected<Fd, int> begin(const addrinfo& to)
 {
     Fd fd{::socket(to.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
     if (!fd)
         return std::unexpected(errno);
     settle(fd.get());
-    if (::connect(fd.get(), to.ai_addr, to.ai_addrlen) == 0)
-        return fd;
-    if (errno != EINPROGRESS)
+    if (::connect(fd.get(), to.ai_addr, to.ai_addrlen) != 0 && errno != EINPROGRESS)
         return std::unexpected(errno);
+    return fd;
+}
 
+/// What became of it: 0 connected, EINPROGRESS, or why not.
+int progress(const Fd& fd)
+{
+    int problem = 0;
+    socklen_t size = sizeof problem;
+    ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &problem, &size);
+    if (problem != 0)
+        return problem;
+    sockaddr_storage peer{};
+    socklen_t peer_size = sizeof peer;
+    return ::getpeername(fd.get(), reinterpret_cast<sockaddr*>(&peer), &peer_size) == 0 ? 0 : EINPROGRESS;
+}
+
+/// Connected, or errno.
+std::expected<Fd, int> connect(const addrinfo& to, Clock& clock)
+{
+    auto fd = begin(to);
+    if (!fd)
+        return fd;
     const TimePoint deadline = clock.now() + tcp_connect_limit;
-    const Handle handles[] = {{.fd = fd.get(), .wants_write = true}};
+    const Handle handles[] = {{.fd = fd->get(), .wants_write = true}};
     for (;;) {
-        clock.wait(handles, deadline);
-        int problem = 0;
-        socklen_t size = sizeof problem;
-        ::getsockopt(fd.get(), SOL_SOCKET, SO_ERROR, &problem, &size);
-        if (problem != 0)
-            return std::unexpected(problem);
-        sockaddr_storage peer{};
-        socklen_t peer_size = sizeof peer;
-        if (::getpeername(fd.get(), reinterpret_cast<sockaddr*>(&peer), &peer_size) == 0)
+        const int problem = progress(*fd);
+        if (problem == 0)
             return fd;
+        if (problem != EINPROGRESS)
+            return std::unexpected(problem);
         if (clock.now() >= deadline)
             return std::unexpected(ETIMEDOUT);
+        clock.wait(handles, deadline);
     }
 }
 
@@ -120,6 +135,28 @@ std::unexpected<Error> refuse(const std::string& target, int problem)
     default:
         return fail(Errc::link_failed, fmt::format("cannot connect to {}: {}", target, std::strerror(problem)));
     }
+}
+
+/// What a URI says.
+struct Box {
+    Address address;
+    std::string name;
+    std::uint32_t bit_rate = 0;
+    Echo echo = Echo::off;
+};
+
+std::expected<Box, Error> box_of(const Uri& uri)
+{
+    const auto baud = uri.number("baud");
+    if (!baud)
+        return std::unexpected(baud.error());
+    const auto echo = echo_option(uri);
+    if (!echo)
+        return std::unexpected(echo.error());
+    const auto address = split(uri);
+    if (!address)
+        return std::unexpected(address.error());
+    return Box{.address = *address, .name = uri.target, .bit_rate = baud->value_or(0), .echo = *echo};
 }
 
 class TcpLink final : public ByteLink
@@ -149,37 +186,81 @@ private:
     std::uint32_t bit_rate_;
 };
 
+std::unique_ptr<ByteLink> make_link(Fd fd, const Box& box, const Clock& clock)
+{
+    return with_echo(std::make_unique<TcpLink>(std::move(fd), box.name, box.bit_rate, clock), box.echo, clock);
+}
+
+/// A connection that is tried again and again, a step at a time.
+class Reconnecting
+{
+public:
+    /// A name is looked up now: later it could take as long as the resolver does.
+    Reconnecting(Box box, Clock& clock) : box_(std::move(box)), clock_(&clock), found_(look_up(box_.address)) {}
+
+    std::expected<AnyLink, Error> step()
+    {
+        if (!found_)
+            found_ = look_up(box_.address);
+        if (!found_)
+            return std::unexpected(found_.error());
+        if (!pending_)
+            begin_next();
+        int problem = pending_ ? progress(*pending_) : pending_.error();
+        if (problem == 0)
+            return AnyLink{make_link(std::exchange(pending_, std::unexpected(ECONNREFUSED)).value(), box_, *clock_)};
+        // The kernel repeats its first packet after a second only; a new connection is faster when the box is back.
+        if (problem == EINPROGRESS && clock_->now() < begun_ + patience)
+            return fail(Errc::link_not_found, fmt::format("{} has not answered yet", box_.name));
+        pending_ = std::unexpected(problem == EINPROGRESS ? ETIMEDOUT : problem);
+        return refuse(box_.name, pending_.error());
+    }
+
+private:
+    static constexpr Duration patience = std::chrono::seconds{1};
+
+    void begin_next()
+    {
+        at_ = at_ == nullptr || at_->ai_next == nullptr ? found_->get() : at_->ai_next;
+        begun_ = clock_->now();
+        pending_ = begin(*at_);
+    }
+
+    Box box_;
+    Clock* clock_;
+    std::expected<AddressList, Error> found_;
+    const addrinfo* at_ = nullptr;
+    std::expected<Fd, int> pending_ = std::unexpected(ECONNREFUSED);
+    TimePoint begun_{};
+};
+
 } // namespace
 
 std::expected<std::unique_ptr<ByteLink>, Error> open_tcp(const Uri& uri, Clock& clock)
 {
-    const auto baud = uri.number("baud");
-    if (!baud)
-        return std::unexpected(baud.error());
-    const auto echo = echo_option(uri);
-    if (!echo)
-        return std::unexpected(echo.error());
-    const auto address = split(uri);
-    if (!address)
-        return std::unexpected(address.error());
-    const auto found = look_up(*address);
+    const auto box = box_of(uri);
+    if (!box)
+        return std::unexpected(box.error());
+    const auto found = look_up(box->address);
     if (!found)
         return std::unexpected(found.error());
 
     int problem = EHOSTUNREACH;
     for (const addrinfo* to = found->get(); to != nullptr; to = to->ai_next) {
         auto fd = connect(*to, clock);
-        if (!fd) {
-            problem = fd.error();
-            continue;
-        }
-        std::unique_ptr<ByteLink> link =
-            std::make_unique<TcpLink>(std::move(*fd), uri.target, baud->value_or(0), clock);
-        if (*echo)
-            link = std::make_unique<EchoLink>(std::move(link));
-        return link;
+        if (fd)
+            return make_link(std::move(*fd), *box, clock);
+        problem = fd.error();
     }
     return refuse(uri.target, problem);
+}
+
+Reopen reopen_tcp(const Uri& uri, Clock& clock)
+{
+    auto box = box_of(uri);
+    if (!box)
+        return [error = box.error()] { return std::unexpected(error); };
+    return [state = std::make_shared<Reconnecting>(std::move(*box), clock)] { return state->step(); };
 }
 
 std::expected<std::unique_ptr<TcpListener>, Error> TcpListener::open(const std::string& address, std::uint16_t port,

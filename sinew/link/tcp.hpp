@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/link/descriptor.hpp"
+#include "sinew/link/reopen.hpp"
 #include "sinew/link/uri.hpp"
 
 #include <string>
@@ -12,11 +13,15 @@ inline constexpr Duration tcp_connect_limit = std::chrono::seconds{2};
 /// Raw bytes to an RS-485-to-Ethernet box: `tcp://HOST:PORT`, without delay (TCP_NODELAY) and with keep-alive, so that
 /// a box that lost its power is noticed within about 8 s. The box has its own serial settings: option `baud` only tells
 /// the link what they are, so that time-outs can be computed; without it the rate counts as unknown (0) and
-/// `set_bit_rate` is `unsupported` in any case. Option `echo=on` where the box hears itself.
+/// `set_bit_rate` is `unsupported` in any case. Option `echo=on|off|auto`: whether the box hears itself.
 ///
 /// A host that is a name is looked up first, which takes as long as the resolver does. `link_not_found` when the host
 /// is unknown, refuses, is out of reach or silent. The clock must outlive the link.
 std::expected<std::unique_ptr<ByteLink>, Error> open_tcp(const Uri& uri, Clock& clock);
+
+/// Connects again to the box of a link that was lost, without waiting: a try begins a connection and the next one looks
+/// what became of it; the addresses are those that the name had when this was called. The clock must outlive it.
+Reopen reopen_tcp(const Uri& uri, Clock& clock);
 
 /// The device end: what an RS-485-to-Ethernet box is to its network. Serves one client at a time; the next one waits
 /// until that one hangs up, which is no hang-up of this end.

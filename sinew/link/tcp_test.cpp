@@ -200,5 +200,55 @@ TEST_F(Tcp, BoxCannotHaveAPortThatIsTaken)
     EXPECT_EQ(TcpListener::open("nowhere", 0, clock_).error().code, Errc::bad_argument);
 }
 
+/// A wait would hold up the other buses of the program.
+class NoWaiting final : public Clock
+{
+public:
+    TimePoint now() const override { return real_.now(); }
+    void wait(std::span<const Handle>, TimePoint) override { ADD_FAILURE() << "it waits"; }
+
+private:
+    RealClock real_;
+};
+
+TEST_F(Tcp, IsReopenedWithoutWaiting)
+{
+    NoWaiting clock;
+    const auto port = box_->port();
+    const auto reopen = reopen_tcp(*parse_uri(fmt::format("tcp://127.0.0.1:{}?baud=9600", port)), clock);
+    box_.reset();
+    for (int i = 0; i < 3; ++i) {
+        const auto gone = reopen();
+        ASSERT_FALSE(gone);
+        EXPECT_EQ(gone.error().code, Errc::link_not_found) << to_sentence(gone.error());
+    }
+    auto listening = TcpListener::open("127.0.0.1", port, clock_);
+    ASSERT_TRUE(listening) << to_sentence(listening.error());
+    box_ = std::move(*listening);
+    auto link = reopen();
+    for (const TimePoint end = clock_.now() + test::patience; !link && clock_.now() < end;)
+        link = reopen();
+    ASSERT_TRUE(link) << to_sentence(link.error());
+    auto& bytes = *std::get<std::unique_ptr<ByteLink>>(*link);
+    EXPECT_EQ(bytes.state().bit_rate, 9600U);
+    ASSERT_TRUE(bytes.write(test::bytes("again")));
+    EXPECT_EQ(test::read(*box_, clock_, 5), "again");
+}
+
+TEST_F(Tcp, ReopensAgainAndAgain)
+{
+    NoWaiting clock;
+    const auto reopen = reopen_tcp(*parse_uri(fmt::format("tcp://127.0.0.1:{}", box_->port())), clock);
+    for (int i = 0; i < 5; ++i) {
+        auto link = reopen();
+        for (const TimePoint end = clock_.now() + test::patience; !link && clock_.now() < end;)
+            link = reopen();
+        ASSERT_TRUE(link) << to_sentence(link.error());
+        ASSERT_TRUE(box_sees(true));
+        *link = std::unique_ptr<ByteLink>{};
+        ASSERT_TRUE(box_sees(false));
+    }
+}
+
 } // namespace
 } // namespace sinew::link

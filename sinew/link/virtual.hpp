@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <utility>
 
 /// Links within this program: one end is the link that a bus owns, the other a simulated wire. What the bus writes goes
 /// to the wire's sink at once; what the wire delivers is read once its time has come. No heap after construction, no
@@ -18,7 +19,7 @@ public:
     virtual ~ByteSink() = default;
     /// The bytes start on the wire now, at the rate the link has now. May call `deliver` of the link.
     virtual void on_write(std::span<const std::uint8_t> bytes, std::uint32_t bit_rate) = 0;
-    /// The link goes away: deliver nothing to it any more.
+    /// The link has hung up or goes away: deliver nothing to it any more.
     virtual void on_close() {}
 };
 
@@ -93,7 +94,7 @@ public:
         : clock_(&clock), sink_(&sink), bit_rate_(bit_rate)
     {
     }
-    ~VirtualLink() override { sink_->on_close(); }
+    ~VirtualLink() override { hang_up(); }
     VirtualLink(const VirtualLink&) = delete;
     VirtualLink& operator=(const VirtualLink&) = delete;
 
@@ -106,8 +107,12 @@ public:
         dropped_ += items.size();
         return false;
     }
-    /// For the wire: unplugs; what was not read is gone.
-    void hang_up() { open_ = false; }
+    /// For the wire: unplugs; what was not read is gone. The sink is told.
+    void hang_up()
+    {
+        if (std::exchange(open_, false))
+            sink_->on_close();
+    }
     /// For the clock: when the next read brings something; it may be in the past.
     std::optional<TimePoint> next_arrival() const { return open_ ? arrivals_.next() : std::nullopt; }
     std::uint64_t dropped() const { return dropped_; }

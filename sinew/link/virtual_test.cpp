@@ -144,6 +144,15 @@ TEST_F(Virtual, TellsTheWireWhenItGoes)
     EXPECT_TRUE(wire_.closed);
 }
 
+TEST_F(Virtual, TellsTheWireOfAHangUpOnceAndNotAgainWhenANewLinkMayBeThere)
+{
+    link_->hang_up();
+    EXPECT_TRUE(wire_.closed);
+    wire_.closed = false;
+    link_.reset();
+    EXPECT_FALSE(wire_.closed);
+}
+
 TEST(VirtualCan, CarriesFramesBothWays)
 {
     struct CanWire final : CanSink {

@@ -33,13 +33,26 @@ Simulator::Simulator(std::unique_ptr<World> world) : world_(std::move(world)), c
 
 Simulator::~Simulator() = default;
 
-std::expected<link::AnyLink, Error> Simulator::open(std::string_view bus)
+std::expected<VirtualPort*, Error> Simulator::port(std::string_view bus)
 {
     const auto found = world_->find_bus(bus);
     if (!found)
         return std::unexpected(found.error());
-    const auto port = std::ranges::find(ports_, *found, [](const auto& p) { return &p->bus(); });
-    return (*port)->open(clock_);
+    return std::ranges::find(ports_, *found, [](const auto& p) { return &p->bus(); })->get();
+}
+
+std::expected<link::AnyLink, Error> Simulator::open(std::string_view bus)
+{
+    const auto found = port(bus);
+    return found ? (*found)->open(clock_) : std::unexpected(found.error());
+}
+
+bool Simulator::set_plugged(std::string_view bus, bool plugged)
+{
+    const auto found = port(bus);
+    if (found)
+        (*found)->set_plugged(plugged);
+    return found.has_value();
 }
 
 } // namespace sinew::sim

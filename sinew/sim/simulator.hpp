@@ -25,11 +25,15 @@ public:
     /// The link of a bus at the bus's bit rate: a `ByteLink` or a `CanLink`. An empty name is the only bus.
     /// `link_not_found`; `link_busy` while another link of that bus is open.
     std::expected<link::AnyLink, Error> open(std::string_view bus);
+    /// The host's adapter is pulled out of this program or put back: an open link of the bus hangs up, and none opens
+    /// until then. The devices keep their power. False: there is no such bus.
+    bool set_plugged(std::string_view bus, bool plugged);
     VirtualClock& clock() { return clock_; }
     World& world() { return *world_; }
 
 private:
     explicit Simulator(std::unique_ptr<World> world);
+    std::expected<VirtualPort*, Error> port(std::string_view bus);
 
     std::unique_ptr<World> world_;
     VirtualClock clock_;

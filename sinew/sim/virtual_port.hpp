@@ -11,6 +11,8 @@ public:
     /// `link_busy` while another link of this bus is open. The port must outlive the link.
     virtual std::expected<link::AnyLink, Error> open(const link::Clock& clock) = 0;
     virtual const WorldBus& bus() const = 0;
+    /// The host's adapter goes or comes back: an open link hangs up, and none opens until then.
+    virtual void set_plugged(bool plugged) = 0;
 };
 
 /// The port of one kind of wire: what a `SerialPort` and a `CanPort` share.
@@ -21,6 +23,12 @@ public:
     PortOf(World& world, WorldBus& bus) : world_(&world), bus_(&bus), wire_(&std::get<Wire>(bus.wire)) {}
 
     const WorldBus& bus() const override { return *bus_; }
+    void set_plugged(bool plugged) override
+    {
+        plugged_ = plugged;
+        if (!plugged && link_ != nullptr)
+            link_->hang_up();
+    }
 
     bool has_news() override
     {
@@ -35,6 +43,8 @@ protected:
     template <class Sink, class Base>
     std::expected<link::AnyLink, Error> open_as(const link::Clock& clock, Sink& sink)
     {
+        if (!plugged_)
+            return fail(Errc::link_not_found, "the adapter of the simulated bus '" + bus_->name + "' is unplugged");
         if (link_ != nullptr)
             return fail(Errc::link_busy, "the simulated bus '" + bus_->name + "' is already open");
         auto link = std::make_unique<Link>(clock, sink, bus_->bit_rate);
@@ -59,6 +69,7 @@ protected:
     Link* link_ = nullptr;
 
 private:
+    bool plugged_ = true;
     std::optional<TimePoint> told_;
     bool delivered_since_ = false;
 };

@@ -39,6 +39,13 @@ def main() -> None:
         for i in range(0, len(frames), 8):
             write(f"{family}_framing", f"stream-{i // 8:02d}", bytes([i % 16]) + b"".join(frames[i : i + 8]))
     write("slcan", "session", b"C\rS8\rO\rt14188800000000000000\r\rz\r\aT000001412AABB\rr1418\rt1412AABB1234\rV\rF\r")
+    # fuzz_tcp: how the echo is taken, then (count << 2 | who) and that many bytes.
+    ask, answer = b"\xff\xe0\xc2\x01\x00\x00\x23", b"\x01\x01"
+    for echo in range(3):
+        for name, heard in (("echo", ask + answer), ("answer", answer), ("damaged", ask[1:] + answer)):
+            write("tcp", f"{name}-{echo}", bytes([echo]) + b"".join(
+                bytes([len(ask) << 2 | 1]) + ask + bytes([len(heard) << 2]) + heard + bytes([63 << 2 | 2, 40 << 2 | 3])
+                for _ in range(4)))
     for i, text in enumerate((
         "FF E0 A0 00 1E 1E 40", "0xFF,0xFE,0x00", "ffe0a0", "FF:FE:0", "12", "-0x1F",
         "serial:/dev/ttyUSB0?baud=1500000", "tcp://192.168.0.7:4001", "slcan:/dev/ttyACM0?bitrate=1000000",
