@@ -3,6 +3,7 @@
 #include "sinew/sim/world_test_support.hpp"
 
 #include <cmath>
+#include <random>
 
 namespace sinew::sim::test {
 namespace {
@@ -38,6 +39,16 @@ struct SimulatorTest : testing::Test {
             last_arrival = arrival->at;
         }
         return heard;
+    }
+
+    /// Reads all that is there; `at` is the arrival of the last byte.
+    static link::Arrival drain(link::ByteLink& link)
+    {
+        link::Arrival all;
+        std::array<std::uint8_t, 64> into;
+        for (auto one = link.read(into); one && one->count != 0; one = link.read(into))
+            all = {all.count + one->count, one->at};
+        return all;
     }
 
     static Duration response_time(std::string_view family) { return find_family(family)->response_time.typical; }
@@ -78,6 +89,42 @@ TEST_F(SimulatorTest, AnswersOnCan)
     EXPECT_EQ(arrival->at, TimePoint{} + bit_time(can_frame_bits(asked), 1'000'000) + delay +
                                bit_time(can_frame_bits(into[0]), 1'000'000));
     EXPECT_EQ(now(), arrival->at);
+}
+
+// The bound of lateness: whatever happens between two ticks is exact to the nanosecond, so no tick, no other bus and no
+// motion makes an answer later than its bits and the response time.
+TEST_F(SimulatorTest, NoAnswerIsLaterThanItsBitsAndTheResponseTimeWheneverItIsAsked)
+{
+    constexpr std::uint32_t seed = 20'031;
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    std::mt19937 random(seed);
+    auto left = open("left"), waist = open("waist"), legs = open("legs");
+    EXPECT_TRUE(bytes_of(left).write(Bytes{0xFF, 0x03, 0xC8, 0x4B})); // the elbow sets off
+    const wire::Frame asked = rmd_state(2);
+    for (int i = 0; i < 1000; ++i) {
+        const TimePoint sent = now() + 10ms + std::chrono::nanoseconds{random() % 3'000'000};
+        while (now() < sent) // nothing arrives any more that could end the wait, but the answer of the elbow
+            wait(sent);
+        ASSERT_EQ(now(), sent);
+        drain(bytes_of(left));
+        EXPECT_TRUE(bytes_of(left).write(sam_status_3));
+        EXPECT_TRUE(bytes_of(waist).write(nuri_ping_1));
+        EXPECT_TRUE(frames_of(legs).write({&asked, 1}));
+        while (now() < sent + 9ms)
+            wait(sent + 9ms);
+        const auto of_sam = drain(bytes_of(left));
+        EXPECT_EQ(of_sam.count, 2U);
+        EXPECT_EQ(of_sam.at - sent, bit_time(40, 1'500'000) + response_time("sam") + bit_time(20, 1'500'000));
+        const auto of_nuri = drain(bytes_of(waist));
+        EXPECT_EQ(of_nuri.count, 6U);
+        EXPECT_EQ(of_nuri.at - sent, bit_time(60, 115'200) + response_time("nuri") + bit_time(60, 115'200));
+        std::array<wire::Frame, 4> frames;
+        const auto of_rmd = frames_of(legs).read(frames);
+        ASSERT_EQ(of_rmd->count, 1U);
+        const Duration delay = std::max(response_time("rmd"), bit_time(can_interframe_bits, 1'000'000));
+        EXPECT_EQ(of_rmd->at - sent,
+                  bit_time(can_frame_bits(asked), 1'000'000) + delay + bit_time(can_frame_bits(frames[0]), 1'000'000));
+    }
 }
 
 TEST_F(SimulatorTest, IsSilentAtAnotherRate)
