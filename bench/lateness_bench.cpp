@@ -64,11 +64,15 @@ int handle(const link::AnyLink& link)
 /// How much later than it ought to an answer came; nothing: not at all.
 std::optional<Duration> ask(Asked& asked, link::Clock& clock)
 {
-    wire::Frame answer;
-    const TimePoint sent = clock.now();
-    if (!write(*asked.link, asked.request.frame))
-        return {};
     const link::Handle ready{handle(*asked.link)};
+    wire::Frame stale, answer;
+    TimePoint sent = clock.now();
+    for (const TimePoint gives_up = sent + patience; !write(*asked.link, asked.request.frame); sent = clock.now()) {
+        if (sent >= gives_up)
+            return {};
+        clock.wait({&ready, 1}, gives_up); // an SLCAN link that is just open has to hear its adapter first
+        read(*asked.link, stale);
+    }
     while (answer.size < asked.request.message->reply.size) {
         clock.wait({&ready, 1}, sent + patience);
         if (clock.now() >= sent + patience)
