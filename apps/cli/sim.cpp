@@ -2,6 +2,7 @@
 #include "apps/cli/json.hpp"
 #include "apps/cli/session.hpp"
 #include "apps/cli/sim_control.hpp"
+#include "apps/cli/sim_flash.hpp"
 #include "apps/cli/terminal.hpp"
 #include "apps/cli/verb.hpp"
 #include "sinew/sim/real_time.hpp"
@@ -85,15 +86,28 @@ Outcome run(const Words& words)
     if (!simulator)
         return std::unexpected(simulator.error());
     stop_on_signals();
-    print_links((*simulator)->links(), words.json());
     const bool prompt = stdout_is_terminal() && ::isatty(STDIN_FILENO) == 1;
-    if (prompt)
-        fmt::print(stderr, "Running until Ctrl-C. From another terminal: sinew scan LINK\n"
-                           "Here: Enter shows the devices, help what else there is.\n");
     const auto control = SimControl::open(**simulator, prompt, [] { stop.store(true); });
     if (!control)
         return std::unexpected(control.error());
-    (*simulator)->run(stop, *time ? clock.now() + **time : TimePoint::max(), control->get());
+    std::unique_ptr<SimFlash> flash;
+    if (const auto given = words.text("--flash")) {
+        auto opened = SimFlash::open(*given, (*simulator)->world(), **control);
+        if (!opened)
+            return std::unexpected(opened.error());
+        flash = std::move(*opened);
+    }
+    // Whoever reads the links may ask at once: it listens already.
+    print_links((*simulator)->links(), words.json());
+    if (prompt)
+        fmt::print(stderr, "Running until Ctrl-C. From another terminal: sinew scan LINK\n"
+                           "Here: Enter shows the devices, help what else there is.\n");
+    (*control)->show_prompt();
+    const TimePoint until = *time ? clock.now() + **time : TimePoint::max();
+    (*simulator)->run(stop, until, flash ? static_cast<sim::Visitor*>(flash.get()) : control->get());
+    if (flash)
+        if (const auto kept = flash->close(); !kept)
+            return std::unexpected(kept.error());
     return exit_done;
 }
 
@@ -109,6 +123,7 @@ Verb sim_verb()
                          "terminal",
                          true},
                         {"--for", "TIME", "end after this time, such as 10s; otherwise it runs until Ctrl-C"},
+                        {"--flash", "FILE", "keep in this file what the devices keep without power, from run to run"},
                         {"--json", "", "print the buses as one line of JSON"}},
             .examples = {{"sinew sim", "the demo robot, until Ctrl-C"},
                          {"sinew sim arm.toml --for 10s", "for a test"},

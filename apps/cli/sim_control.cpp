@@ -104,10 +104,15 @@ std::expected<std::unique_ptr<SimControl>, Error> SimControl::open(sim::RealTime
         return refused("cannot listen on", path);
     control->path_ = path;
     control->handles_ = {link::Handle{control->socket_.get()}, link::Handle{prompt ? STDIN_FILENO : -1}};
-    if (prompt)
-        fmt::print("sim> ");
-    std::fflush(stdout);
     return control;
+}
+
+void SimControl::show_prompt()
+{
+    if (!prompts_)
+        return;
+    fmt::print("sim> ");
+    std::fflush(stdout);
 }
 
 SimControl::~SimControl()

@@ -24,6 +24,8 @@ public:
                                                                   std::function<void()> on_quit);
     ~SimControl() override;
 
+    /// Says that it reads from stdin, if it does.
+    void show_prompt();
     std::span<const link::Handle> handles() override { return handles_; }
     void serve() override;
     void hear(std::string_view sentence) override;

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+#include <system_error>
 
 namespace sinew::config {
 namespace {
@@ -37,10 +40,54 @@ Mark mark_of(const toml::source_region& region)
     return {region.begin.line, region.begin.column};
 }
 
+std::unexpected<Error> fail_at(std::string_view path, Mark at, std::string what)
+{
+    return sinew::fail(Errc::bad_file, fmt::format("{}:{}:{}: {}", path, at.line, at.column, what));
+}
+
+std::expected<std::string, Error> read_text(const std::filesystem::path& path, std::string_view what)
+{
+    const std::string name = path.string();
+    std::error_code code;
+    const auto status = std::filesystem::status(path, code);
+    if (!std::filesystem::exists(status))
+        return sinew::fail(Errc::bad_file, fmt::format("{}: there is no such file.", name));
+    if (std::filesystem::is_directory(status))
+        return sinew::fail(Errc::bad_file, fmt::format("{}: this is a folder, not {}.", name, what));
+    std::ifstream stream{path, std::ios::binary};
+    std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    if (!stream || stream.bad())
+        return sinew::fail(Errc::bad_file, fmt::format("{}: it cannot be read; is reading permitted?", name));
+    return text;
+}
+
+std::expected<toml::table, Error> parse_document(std::string_view text, const std::string& path)
+{
+    try {
+        return toml::parse(text, path);
+    } catch (const toml::parse_error& error) {
+        return fail_at(path, mark_of(error.source()), fmt::format("{}.", error.description()));
+    }
+}
+
+bool is_name(std::string_view name)
+{
+    return !name.empty() && std::ranges::all_of(name, [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+    });
+}
+
+void check_version(Reader& reader, const toml::table& document, std::string_view owner)
+{
+    const auto version = needed(reader, reader.whole(document, "version"), {1, 1}, owner, "version = 1");
+    if (version.value != 1)
+        reader.fail(version.at, fmt::format("version {} is not known; this sinew reads version 1.", version.value));
+}
+
 void Reader::fail(Mark at, std::string what)
 {
     if (!error_)
-        error_ = fail_at(file_, at, std::move(what)).error();
+        error_ = fail_at(path_, at, std::move(what)).error();
 }
 
 void Reader::only(const toml::table& table, std::string_view owner, std::span<const std::string_view> keys)

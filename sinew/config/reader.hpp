@@ -1,12 +1,14 @@
 #pragma once
 #include "sinew/config/robot_file.hpp"
 
+#include <algorithm>
+#include <fmt/format.h>
 #include <initializer_list>
 #include <span>
 #include <toml++/toml.h>
 
-/// Reads the values of a TOML document and remembers the first thing that is wrong with it. Only `robot_file.cpp` uses
-/// it: no other file sees toml++.
+/// Reads the values of a TOML document and remembers the first thing that is wrong with it. Only the files of this room
+/// use it: no other sees toml++.
 namespace sinew::config {
 
 /// A key as it stands in the document, or nothing.
@@ -17,11 +19,20 @@ struct Entry {
 
 Mark mark_of(const toml::source_region& region);
 
+/// A `bad_file` error at a place of the file with this path.
+std::unexpected<Error> fail_at(std::string_view path, Mark at, std::string what);
+
+/// The whole file, which is `what`: "a robot file". `bad_file` when it is not there or cannot be read.
+std::expected<std::string, Error> read_text(const std::filesystem::path& path, std::string_view what);
+/// `bad_file` with the place where it is no TOML.
+std::expected<toml::table, Error> parse_document(std::string_view text, const std::string& path);
+
 /// After the first failure every call returns nothing and changes nothing, so a caller may read on and ask once.
 class Reader
 {
 public:
-    explicit Reader(const RobotFile& file) : file_(file) {}
+    /// The path is for messages and must outlive the reader.
+    explicit Reader(std::string_view path) : path_(path) {}
 
     bool failed() const { return error_.has_value(); }
     Error take_error() { return std::move(*error_); }
@@ -47,8 +58,46 @@ public:
 private:
     Entry find(const toml::table& table, std::string_view key) const;
 
-    const RobotFile& file_;
+    std::string_view path_;
     std::optional<Error> error_;
 };
+
+/// The value if it is there; else fails because `owner` needs it.
+template <class T>
+Marked<T> needed(Reader& reader, const std::optional<Marked<T>>& value, Mark at, std::string_view owner,
+                 std::string_view key)
+{
+    if (!value)
+        reader.fail(at, fmt::format("{} needs {}.", owner, key));
+    return value.value_or(Marked<T>{});
+}
+
+/// Fails unless the document begins with `version = 1`; `owner` is "a robot file".
+void check_version(Reader& reader, const toml::table& document, std::string_view owner);
+
+/// Names appear in links and on the command line.
+bool is_name(std::string_view name);
+
+/// The tables of `[KIND.NAME]` in the order of the file.
+template <class T, class Read>
+std::vector<T> read_named(Reader& reader, const toml::table& document, std::string_view kind, Read read)
+{
+    std::vector<T> all;
+    const toml::table* group = reader.section(document, kind);
+    if (!group)
+        return all;
+    for (const auto& [key, node] : *group) {
+        const Mark at = mark_of(key.source());
+        const toml::table* table = node.as_table();
+        if (!table)
+            reader.fail(at, fmt::format("{} must be a table: [{}.NAME].", key.str(), kind));
+        else if (!is_name(key.str()))
+            reader.fail(at, fmt::format("the name '{}' may only have letters, digits, - and _.", key.str()));
+        else
+            all.push_back(read(reader, *table, std::string{key.str()}, at));
+    }
+    std::ranges::sort(all, {}, [](const T& one) { return std::pair{one.at.line, one.at.column}; });
+    return all;
+}
 
 } // namespace sinew::config

@@ -5,9 +5,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
 namespace sinew::config {
 namespace {
@@ -31,24 +28,6 @@ constexpr std::string_view joint_keys[] = {"bus",
                                            "profile_options",
                                            "sim",
                                            "plant"};
-
-/// Names appear in links and on the command line.
-bool is_name(std::string_view name)
-{
-    return !name.empty() && std::ranges::all_of(name, [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-    });
-}
-
-/// The value if it is there; else fails because `owner` needs it.
-template <class T>
-Marked<T> needed(Reader& reader, const std::optional<Marked<T>>& value, Mark at, std::string_view owner,
-                 std::string_view key)
-{
-    if (!value)
-        reader.fail(at, fmt::format("{} needs {}.", owner, key));
-    return value.value_or(Marked<T>{});
-}
 
 Bus read_bus(Reader& reader, const toml::table& table, std::string name, Mark at)
 {
@@ -114,35 +93,6 @@ Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mar
     return joint;
 }
 
-/// The tables of `[KIND.NAME]` in the order of the file.
-template <class T, class Read>
-std::vector<T> read_named(Reader& reader, const toml::table& document, std::string_view kind, Read read)
-{
-    std::vector<T> all;
-    const toml::table* group = reader.section(document, kind);
-    if (!group)
-        return all;
-    for (const auto& [key, node] : *group) {
-        const Mark at = mark_of(key.source());
-        const toml::table* table = node.as_table();
-        if (!table)
-            reader.fail(at, fmt::format("{} must be a table: [{}.NAME].", key.str(), kind));
-        else if (!is_name(key.str()))
-            reader.fail(at, fmt::format("the name '{}' may only have letters, digits, - and _.", key.str()));
-        else
-            all.push_back(read(reader, *table, std::string{key.str()}, at));
-    }
-    std::ranges::sort(all, {}, [](const T& one) { return std::pair{one.at.line, one.at.column}; });
-    return all;
-}
-
-void check_version(Reader& reader, const toml::table& document)
-{
-    const auto version = needed(reader, reader.whole(document, "version"), {1, 1}, "a robot file", "version = 1");
-    if (version.value != 1)
-        reader.fail(version.at, fmt::format("version {} is not known; this sinew reads version 1.", version.value));
-}
-
 void check_buses(Reader& reader, const RobotFile& file)
 {
     std::vector<std::string_view> names;
@@ -172,21 +122,19 @@ const Joint* RobotFile::find_joint(std::string_view joint) const
 
 std::unexpected<Error> fail_at(const RobotFile& file, Mark at, std::string what)
 {
-    return fail(Errc::bad_file, fmt::format("{}:{}:{}: {}", file.path, at.line, at.column, what));
+    return fail_at(std::string_view(file.path), at, std::move(what));
 }
 
 std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::string path)
 {
     RobotFile file{.path = std::move(path)};
-    toml::table document;
-    try {
-        document = toml::parse(text, file.path);
-    } catch (const toml::parse_error& error) {
-        return fail_at(file, mark_of(error.source()), fmt::format("{}.", error.description()));
-    }
-    Reader reader{file};
+    auto parsed = parse_document(text, file.path);
+    if (!parsed)
+        return std::unexpected(std::move(parsed.error()));
+    const toml::table& document = *parsed;
+    Reader reader{file.path};
     // The version comes first: another one may have other keys.
-    check_version(reader, document);
+    check_version(reader, document, "a robot file");
     reader.only(document, "a robot file", file_keys);
     if (auto name = reader.text(document, "name"))
         file.name = std::move(name->value);
@@ -204,18 +152,10 @@ std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::str
 
 std::expected<RobotFile, Error> read_robot_file(const std::filesystem::path& path)
 {
-    const std::string name = path.string();
-    std::error_code code;
-    const auto status = std::filesystem::status(path, code);
-    if (!std::filesystem::exists(status))
-        return fail(Errc::bad_file, fmt::format("{}: there is no such file.", name));
-    if (std::filesystem::is_directory(status))
-        return fail(Errc::bad_file, fmt::format("{}: this is a folder, not a robot file.", name));
-    std::ifstream stream{path, std::ios::binary};
-    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    if (!stream || stream.bad())
-        return fail(Errc::bad_file, fmt::format("{}: it cannot be read; is reading permitted?", name));
-    return parse_robot_file(text, name);
+    const auto text = read_text(path, "a robot file");
+    if (!text)
+        return std::unexpected(text.error());
+    return parse_robot_file(*text, path.string());
 }
 
 } // namespace sinew::config

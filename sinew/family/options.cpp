@@ -62,6 +62,13 @@ constexpr Option<DeviceOptions> device_table[] = {
     choice<&DeviceOptions::drive_mode_reply, drive_mode_replies>("drive_mode_reply", "new_level or old_level"),
     number<&DeviceOptions::fixed_overload_a, 0.0, 100.0>("fixed_overload_a", "amperes, 0 to 100; 0 for never"),
     whole<&DeviceOptions::flash_writes_max, 0, 1'000'000'000>("flash_writes_max", "a count; 0 for no end"),
+    flag<&DeviceOptions::repeats_checked>("repeats_checked"),
+    flag<&DeviceOptions::position_ends_modes>("position_ends_modes"),
+    number<&DeviceOptions::wheel_middle_duty, 0.24, 0.41>("wheel_middle_duty", "a share of 1, 0.24 to 0.41"),
+    flag<&DeviceOptions::wheel_obeys_boundaries>("wheel_obeys_boundaries"),
+    number<&DeviceOptions::overheat_hysteresis_k, 0.0, 60.0>("overheat_hysteresis_k", "kelvins, 0 to 60"),
+    whole<&DeviceOptions::port_at_power_on, 0, 15>("port_at_power_on", "0 to 15"),
+    flag<&DeviceOptions::motion_runs_when_written>("motion_runs_when_written"),
     number<&DeviceOptions::supply_v, 0.0, 100.0>("supply_v", supply_says),
     number<&DeviceOptions::temperature_c, -40.0, 150.0>("temperature_c", temperature_says),
     number<&DeviceOptions::external_v, 0.0, external_max_v>("external_v", "volts, 0 to 5.5"),
@@ -87,6 +94,12 @@ namespace {
 constexpr Word<PositionFeedbackLimit> feedback_limits[] = {{"clamp", PositionFeedbackLimit::clamp},
                                                            {"wrap", PositionFeedbackLimit::wrap}};
 
+constexpr Word<PositionReset> position_resets[] = {{"here_is_zero", PositionReset::here_is_zero},
+                                                   {"go_to_zero", PositionReset::go_to_zero}};
+constexpr Word<BusSwitch> bus_switches[] = {{"at_once", BusSwitch::at_once}, {"at_power_on", BusSwitch::at_power_on}};
+constexpr Word<RelativeBase> relative_bases[] = {{"position", RelativeBase::position},
+                                                 {"target", RelativeBase::target}};
+
 constexpr Option<Profile> profile_table[] = {
     flag<&Profile::ccw_positive>("ccw_positive"),
     choice<&Profile::position_feedback_limit, feedback_limits>("position_feedback_limit", "clamp or wrap"),
@@ -100,6 +113,10 @@ constexpr Option<DeviceOptions> device_table[] = {
     flag<&DeviceOptions::settings_persist>("settings_persist"),
     flag<&DeviceOptions::control_direction_works>("control_direction_works"),
     flag<&DeviceOptions::off_keeps_target>("off_keeps_target"),
+    choice<&DeviceOptions::relative_base, relative_bases>("relative_base", "position or target"),
+    choice<&DeviceOptions::position_reset, position_resets>("position_reset", "here_is_zero or go_to_zero"),
+    choice<&DeviceOptions::bus_switch, bus_switches>("bus_switch", "at_once or at_power_on"),
+    flag<&DeviceOptions::reset_keeps_bus>("reset_keeps_bus"),
     number<&DeviceOptions::rated_current_a, 0.0, 25.5>("rated_current_a", "amperes, 0 to 25.5"),
     number<&DeviceOptions::supply_v, 0.0, 100.0>("supply_v", supply_says),
     number<&DeviceOptions::start_rad, -any_turn_rad, any_turn_rad>("start_rad", start_says),

@@ -2,7 +2,6 @@
 
 #include "sinew/base/units.hpp"
 #include "sinew/family/apply.hpp"
-#include "sinew/family/families.hpp"
 
 namespace sinew::sim {
 namespace {
@@ -17,10 +16,14 @@ constexpr Option<WorldOptions> world_table[] = {
     whole<&WorldOptions::seed, 0, std::numeric_limits<std::int64_t>::max()>("seed", "a whole number from 0 on"),
 };
 
+constexpr Word<Collision> collisions[] = {{"garble", Collision::garble}, {"and", Collision::wired_and}};
+
 constexpr Option<BusOptions> bus_table[] = {
     number<&BusOptions::supply_v, 0.0, 100.0>("supply_v", "volts, 0 to 100"),
     number<&BusOptions::supply_ohm, 0.0, 100.0>("supply_ohm", "ohms, 0 to 100"),
     flag<&BusOptions::echo>("echo"),
+    flag<&BusOptions::half_duplex>("half_duplex"),
+    choice<&BusOptions::collision, collisions>("collision", "garble or and"),
     number<&BusOptions::usb_latency_s, 0.0, 1.0>("usb_latency_s", "seconds, 0 to 1"),
 };
 
@@ -94,10 +97,22 @@ std::expected<BusOptions, Error> bus_options_of(const config::RobotFile& file, c
     if (auto done = apply(file, bus.sim, bus_options(), "a bus", "sim option", out); !done)
         return std::unexpected(std::move(done.error()));
     const Family* family = find_family(bus.family.value);
-    if (family != nullptr && family->can && (out.echo || out.usb_latency_s > 0.0))
+    const bool is_serial =
+        out.echo || out.half_duplex || out.collision != Collision::by_wire || out.usb_latency_s > 0.0;
+    if (family != nullptr && family->can && is_serial)
         return config::fail_at(file, bus.sim.front().at,
-                               "echo and usb_latency_s are for serial buses; this one is CAN.");
+                               "echo, half_duplex, collision and usb_latency_s are for serial buses; this one is CAN.");
     return out;
+}
+
+std::expected<void, Error> check_half_duplex(const config::RobotFile& file, const ResolvedJoint& joint)
+{
+    const auto* sam = std::get_if<sam::Spec>(&joint.device);
+    if (sam == nullptr || sam->model->encoder)
+        return {};
+    return config::fail_at(
+        file, joint.joint->at,
+        fmt::format("a {} has no RS-485, but its bus is half_duplex; the encoder models have it.", sam->model->name));
 }
 
 std::expected<PlantParameters, Error> plant_of(const config::RobotFile& file, const config::Joint& joint,

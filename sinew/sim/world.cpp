@@ -12,12 +12,15 @@
 namespace sinew::sim {
 namespace {
 
-/// SAM talks TTL with a line for each direction; Nuri is RS-485 on one pair.
-std::variant<SerialWire, CanWire> wire_of(const Family& family)
+/// SAM talks TTL with a line for each direction, or RS-485 on one pair, as Nuri does.
+std::variant<SerialWire, CanWire> wire_of(const Family& family, const BusOptions& options)
 {
     if (family.can)
         return CanWire{};
-    return SerialWire{family.name == "sam" ? Duplex::full : Duplex::half};
+    SerialWire wire{family.name == "sam" && !options.half_duplex ? Duplex::full : Duplex::half};
+    if (options.collision != Collision::by_wire)
+        wire.set_contention(options.collision == Collision::garble ? Contention::garble : Contention::wired_and);
+    return wire;
 }
 
 std::size_t supply_at(std::vector<Supply>& supplies, double voltage_v, double ohm)
@@ -49,7 +52,7 @@ std::expected<std::unique_ptr<World>, Error> World::make(const config::RobotFile
         bus_options.push_back(*of_bus);
         const Family* family = find_family(bus.family.value); // resolve has checked it
         const auto bit_rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family->default_bit_rate;
-        world->buses_.push_back({bus.name, family, bit_rate, wire_of(*family), {}});
+        world->buses_.push_back({bus.name, family, bit_rate, wire_of(*family, *of_bus), {}});
         if (auto* serial = std::get_if<SerialWire>(&world->buses_.back().wire))
             serial->host_end() = {.echo = of_bus->echo,
                                   .usb_latency = std::chrono::duration_cast<Duration>(
@@ -59,6 +62,9 @@ std::expected<std::unique_ptr<World>, Error> World::make(const config::RobotFile
         const auto bus = world->find_bus(joint.bus->name);
         if (!bus)
             return std::unexpected(bus.error());
+        if (bus_options[static_cast<std::size_t>(*bus - world->buses_.data())].half_duplex)
+            if (const auto fits = check_half_duplex(file, joint); !fits)
+                return std::unexpected(fits.error());
         const auto plant = plant_of(file, *joint.joint, plant_of(joint.device));
         if (!plant)
             return std::unexpected(plant.error());

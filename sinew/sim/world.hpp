@@ -52,6 +52,14 @@ public:
     /// Runs wires and devices up to `until` and makes it the present. Earlier than now: does nothing.
     void advance(TimePoint until);
 
+    // ---- what its devices keep without power ----
+
+    /// As the text of a flash file, whole and consistent at this moment.
+    std::string flash() const;
+    std::uint64_t flash_writes() const; ///< of all devices
+    /// Before anything happened in it. `bad_file`: some devices may have it and some not; give the world up.
+    std::expected<void, Error> restore(const config::FlashFile& flash);
+
     const config::RobotFile& file() const { return file_; }
     std::vector<std::string_view> joints() const;  ///< in the order of the file
     std::span<WorldBus> buses() { return buses_; } ///< in the order of the file
@@ -76,7 +84,6 @@ private:
         TimePoint begins{};
         TimePoint ends{};
         bool is_on = false;
-        std::int64_t before = 0; ///< the id that the device had
         bool hits(std::string_view target) const { return fault.joint == target || fault.bus == target; }
     };
 
@@ -85,7 +92,7 @@ private:
     void run_tick();
     void run_faults();
     void turn(Scheduled& scheduled, bool on);
-    void turn_device(Scheduled& scheduled, Device& device, bool on);
+    void turn_device(const Fault& fault, Device& device, bool on);
     void turn_supplies(const Fault& fault, bool on);
     void turn_wire(const Fault& changed);
 

@@ -75,17 +75,14 @@ void World::turn(Scheduled& scheduled, bool on)
         break;
     }
     if (Device* device = find_device(fault.joint))
-        turn_device(scheduled, *device, on);
+        turn_device(fault, *device, on);
 }
 
-void World::turn_device(Scheduled& scheduled, Device& device, bool on)
+void World::turn_device(const Fault& fault, Device& device, bool on)
 {
-    const Fault& fault = scheduled.fault;
     switch (fault.kind) {
     case FaultKind::duplicate_id:
-        if (on)
-            scheduled.before = device.id();
-        device.set_id(static_cast<int>(on ? fault.id : scheduled.before));
+        device.force_id(on ? static_cast<int>(fault.id) : -1);
         break;
     case FaultKind::unplug:
         on ? device.unplug() : device.plug();

@@ -2,8 +2,9 @@
 
 Usage: behaviour.py ROOT [--write] [--require-all]
 A test names the lines it proves: `covers("A.2 4");`. A line with a GUESS may have an option in its stead, and a line that
-is not about a device is excused in behaviour_host.txt. With --require-all any other line is an error; without, it is
-counted and listed as not covered.
+is not about a device is excused in behaviour_host.txt. With --require-all any other line is an error, and so is a line
+with a GUESS that has neither an option nor, as `none: REASON` in behaviour_options.txt, a reason for that; without, both
+are counted and listed.
 """
 import argparse
 import pathlib
@@ -32,6 +33,7 @@ class Line:
     tests: list = field(default_factory=list)
     options: list = field(default_factory=list)
     host: str = ""
+    fixed: str = ""  # why a guess has no option
 
     @property
     def kinds(self):
@@ -110,6 +112,11 @@ def collect(root):
         if id not in lines:
             found.append(f"behaviour_options.txt: behaviour.md has no line {id}")
             continue
+        if keys.startswith("none:"):
+            lines[id].fixed = keys.removeprefix("none:").strip()
+            if not lines[id].fixed or "GUESS" not in lines[id].kinds:
+                found.append(f"behaviour_options.txt: {id}: no guess, or no reason")
+            continue
         lines[id].options = [key.strip() for key in keys.split(",")]
         found += [f"behaviour_options.txt: {id}: there is no option '{key}'"
                   for key in lines[id].options if f'"{key}"' not in literals]
@@ -152,7 +159,7 @@ def table(parts, lines):
         for line in rows:
             proof = "<br>".join(f"`{test}`" for test in sorted(line.tests)) or (f"none: {line.host}" if line.host else "")
             proof = proof or ("" if line.covered else "**not covered**")
-            options = ", ".join(f"`{key}`" for key in line.options)
+            options = ", ".join(f"`{key}`" for key in line.options) or (f"none: {line.fixed}" if line.fixed else "")
             yield f"| {line.id} | {', '.join(line.kinds)} | {shortened(line.text)} | {proof} | {options} |"
 
 
@@ -171,10 +178,11 @@ def check(root, write=False, require_all=False):
         found.append(f"{TABLE} is stale: run tests/conformance/behaviour.py . --write")
     missing = [line.id for line in lines.values() if not line.covered]
     guesses = [line for line in lines.values() if "GUESS" in line.kinds]
-    fixed = [line.id for line in guesses if not line.options]
+    fixed = [line.id for line in guesses if not line.options and not line.fixed]
     optional = [line.id for line in guesses if line.by_option]
     if require_all:
         found += [f"behaviour.md: {id} has neither a test nor an option" for id in missing]
+        found += [f"behaviour.md: {id} has a GUESS, but neither an option nor a reason why not" for id in fixed]
     summary = "\n".join([counted(f"{len(lines)} lines", "not covered", missing),
                          counted(f"{len(guesses)} lines with a guess", "without an option", fixed),
                          counted(f"{len(guesses)} lines with a guess", "with an option and no test", optional)])

@@ -67,6 +67,26 @@ class Behaviour(unittest.TestCase):
         self.assertIn("| B 1 | DOC | waits | **not covered** |  |", table)
         self.refuses("B 1 has neither", "tests/system/b_test.py", "", require_all=True)
 
+    def test_a_guess_without_an_option_is_counted_and_on_request_found(self):
+        options, proof = "tests/conformance/data/behaviour_options.txt", "sinew/a_test.cpp"
+        proven = {options: "", proof: GOOD[proof].replace('covers("A.1 1");', 'covers("A.1 1");\n    covers("A.1 2");')}
+        found, summary, _ = outcome(proven)
+        self.assertEqual(found, [])
+        self.assertIn("1 without an option: A.1 2", summary)
+        found, _, _ = outcome(proven, require_all=True)
+        self.assertEqual(found, ["behaviour.md: A.1 2 has a GUESS, but neither an option nor a reason why not"])
+
+    def test_a_reason_stands_in_for_the_option_of_a_guess_and_of_nothing_else(self):
+        options, proof = "tests/conformance/data/behaviour_options.txt", "sinew/a_test.cpp"
+        covering = {proof: GOOD[proof].replace('covers("A.1 1");', 'covers("A.1 1");\n    covers("A.1 2");')}
+        found, _, table = outcome({options: "A.1 2 = none: there is no other way\n", **covering}, require_all=True)
+        self.assertEqual(found, [])
+        self.assertIn("| `Suite.Starts` | none: there is no other way |", table)
+        for wrong in ("A.1 2 = none:\n", "A.1 2 = late\nB 1 = none: it is so\n"):
+            found, _, _ = outcome({options: wrong, **covering})
+            self.assertEqual(len(found), 1, found)
+            self.assertIn("no guess, or no reason", found[0])
+
     def test_an_option_is_no_proof_of_what_a_document_says(self):
         options = "A.1 2 = late, later\nB 1 = late\n"
         changed = {"tests/conformance/data/behaviour_options.txt": options, "tests/system/b_test.py": ""}

@@ -8,7 +8,8 @@
 #include <map>
 
 /// Random requests and random faults for a long time of the simulated world. Whatever happens: no NaN, no energy from
-/// nothing, no shaft beyond a hard stop. SINEW_SIM_MINUTES is how long, SINEW_SEED makes a run again.
+/// nothing, no shaft beyond a hard stop, no flash that changes but by a write. SINEW_SIM_MINUTES is how long,
+/// SINEW_SEED makes a run again.
 namespace sinew::sim {
 namespace {
 
@@ -72,6 +73,20 @@ public:
         remember();
         world_->advance(world_->now() + tick);
         check();
+        check_flash();
+    }
+
+    /// What all devices keep, given to another world of the same robot, is there again.
+    void check_flash_file()
+    {
+        const std::string flash = world_->flash();
+        const auto file = config::parse_flash_file(flash, "storm");
+        ASSERT_TRUE(file) << to_sentence(file.error());
+        const auto other = World::make(file_);
+        ASSERT_TRUE(other);
+        const auto restored = (*other)->restore(*file);
+        ASSERT_TRUE(restored) << to_sentence(restored.error());
+        ASSERT_EQ((*other)->flash(), flash);
     }
 
     std::size_t heard() const
@@ -83,7 +98,7 @@ public:
             all += ear.heard;
         return all;
     }
-    std::size_t sent = 0, disturbed = 0;
+    std::size_t sent = 0, disturbed = 0, power_losses = 0;
 
 private:
     struct Before {
@@ -191,6 +206,35 @@ private:
         }
     }
 
+    // A flash is what it was at its last write, through every loss of power and back.
+    void check_flash()
+    {
+        for (const auto joint : world_->joints()) {
+            const Device& device = *world_->find_device(joint);
+            Flash& flash = flashes_[joint];
+            const bool written = device.flash_writes() != flash.writes;
+            const bool turned = device.is_on() != flash.was_on;
+            power_losses += turned && flash.was_on;
+            flash.was_on = device.is_on();
+            if (!written && !turned)
+                continue;
+            std::vector<std::int64_t> values;
+            for (const KeptValue& kept : device.kept())
+                values.push_back(kept.value);
+            if (!written && !flash.values.empty()) {
+                ASSERT_EQ(values, flash.values) << joint << ": its flash changed without a write";
+            }
+            flash.writes = device.flash_writes();
+            flash.values = std::move(values);
+        }
+    }
+
+    struct Flash {
+        std::vector<std::int64_t> values;
+        std::uint32_t writes = 0;
+        bool was_on = false;
+    };
+
     Random random_;
     config::RobotFile file_;
     ResolvedRobot robot_;
@@ -198,6 +242,7 @@ private:
     std::map<std::string, SerialEar> serial_ears_;
     std::map<std::string, CanEar> can_ears_;
     std::vector<Before> before_;
+    std::map<std::string_view, Flash> flashes_;
 };
 
 TEST(Storm, RandomRequestsAndFaultsBreakNothing)
@@ -206,13 +251,17 @@ TEST(Storm, RandomRequestsAndFaultsBreakNothing)
     Storm storm("storm");
     for (std::uint64_t i = 0; i < minutes * 60'000; ++i) {
         storm.tick_once();
+        if (i % 60'000 == 30'000)
+            storm.check_flash_file();
         if (HasFatalFailure())
             FAIL() << "at " << i << " ms of SINEW_SEED=" << test::seed();
     }
     EXPECT_GT(storm.heard(), storm.sent / 10) << "the devices have fallen silent";
-    std::printf("storm: seed %llu, %llu simulated minutes, %zu requests, %zu faults, %zu bytes and frames heard\n",
+    EXPECT_GT(storm.power_losses, minutes) << "no storm";
+    std::printf("storm: seed %llu, %llu simulated minutes, %zu requests, %zu faults, %zu losses of power, "
+                "%zu bytes and frames heard\n",
                 static_cast<unsigned long long>(test::seed()), static_cast<unsigned long long>(minutes), storm.sent,
-                storm.disturbed, storm.heard());
+                storm.disturbed, storm.power_losses, storm.heard());
 }
 
 } // namespace

@@ -44,6 +44,10 @@ struct Profile {
 /// "rsa" (the document, default) and "mc".
 std::span<const Profile> profiles();
 
+enum class RelativeBase : std::uint8_t { position, target };
+enum class PositionReset : std::uint8_t { here_is_zero, go_to_zero };
+enum class BusSwitch : std::uint8_t { at_once, at_power_on };
+
 /// What the document leaves open about a device, with the recommended default. Each field is a key of
 /// `[joint.NAME.sim]`.
 struct DeviceOptions {
@@ -51,9 +55,13 @@ struct DeviceOptions {
     bool settings_persist = true;        ///< N14: settings survive a power cut
     bool control_direction_works = true; ///< N08: mode 0x0F turns the direction of control round
     bool off_keeps_target = false;       ///< N22: a motion command that came while off is carried out at on
-    double rated_current_a = 0.0;        ///< N19: default and upper limit of the rated current; 0: the assumed one
-    double supply_v = 0.0;               ///< 0: the assumed rated voltage
-    double start_rad = 0.0;              ///< where the shaft stands at power-on
+    RelativeBase relative_base = RelativeBase::position;        ///< what relative positions add to while positioning
+    PositionReset position_reset = PositionReset::here_is_zero; ///< what mode 0x0C initialises
+    BusSwitch bus_switch = BusSwitch::at_once;                  ///< N15: when another id or bit rate counts
+    bool reset_keeps_bus = false;                               ///< N24: id and bit rate outlive a factory reset
+    double rated_current_a = 0.0; ///< N19: default and upper limit of the rated current; 0: the assumed one
+    double supply_v = 0.0;        ///< 0: the assumed rated voltage
+    double start_rad = 0.0;       ///< where the shaft stands at power-on
 };
 
 struct Spec {

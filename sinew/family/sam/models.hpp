@@ -148,11 +148,18 @@ struct DeviceOptions {
     BaudSwitch baud_switch = BaudSwitch::after_reply;             ///< S70
     DriveModeReply drive_mode_reply = DriveModeReply::new_level;  ///< S45
     double fixed_overload_a = 1.8; ///< S69: above it for more than 1 s the device goes passive for 5 s; 0 never
-    int flash_writes_max = 0;      ///< stores nothing after so many writes; 0: never wears out (L310 says 10 000)
-    double supply_v = 0.0;         ///< 0: the rated voltage of the model
-    double temperature_c = 25.0;   ///< at power-on
-    double external_v = 0.0;       ///< at the AD input of the external port, encoder class
-    double start_rad = 0.0;        ///< where the shaft stands at power-on
+    int flash_writes_max = 10'000; ///< stores nothing after so many writes (L310); 0: never wears out
+    bool repeats_checked = true;   ///< S79: ignores a request whose repeated value differs; false: the first one counts
+    bool position_ends_modes = true;      ///< S76: false: only special control leaves passive, brake and wheel
+    double wheel_middle_duty = 0.325;     ///< S42: of quick speed 8, between 0.15 of 1 and 0.5 of 15: a line
+    bool wheel_obeys_boundaries = false;  ///< wheel mode stops at the boundaries of its coordinates
+    double overheat_hysteresis_k = 0.0;   ///< S66: how much cooler than 65 degC it must be to go on
+    int port_at_power_on = 0;             ///< the four bits of write-external-port
+    bool motion_runs_when_written = true; ///< S64: a program starts when it is written; false: at power-on only
+    double supply_v = 0.0;                ///< 0: the rated voltage of the model
+    double temperature_c = 25.0;          ///< at power-on
+    double external_v = 0.0;              ///< at the AD input of the external port, encoder class
+    double start_rad = 0.0;               ///< where the shaft stands at power-on
 };
 
 // ---- one device ----

@@ -1,4 +1,5 @@
 #pragma once
+#include "sinew/config/flash_file.hpp"
 #include "sinew/sim/plant/plant.hpp"
 #include "sinew/sim/wire/station.hpp"
 
@@ -7,6 +8,12 @@
 #include <string_view>
 
 namespace sinew::sim {
+
+/// One value that a device keeps without power.
+struct KeptValue {
+    std::string_view key;
+    std::int64_t value = 0;
+};
 
 /// What a device is doing, for people to look at.
 struct Look {
@@ -26,11 +33,13 @@ class Device : public Station
 public:
     Device(const PlantParameters& plant, double start_rad) : plant_(plant, start_rad) {}
 
-    /// As by a switch on its case, or a service tool; not written to flash.
-    virtual void set_id(int id) = 0;
     Look look() const;
 
     virtual std::uint32_t flash_writes() const = 0; ///< write commands so far
+    /// What it keeps without power, for a flash file; asks the heap for memory.
+    virtual std::vector<KeptValue> kept() const = 0;
+    /// Puts that back as if it had never been away, and starts afresh. `bad_file`: nothing is changed.
+    virtual std::expected<void, Error> restore(const config::FlashFile& file, const config::FlashJoint& joint) = 0;
 
     /// One tick at this supply voltage: the control loop, then ten steps of the plant. Below `runs_above_v` the device
     /// is off, its motor open; it starts afresh when the voltage comes back.
@@ -47,6 +56,9 @@ public:
     bool is_plugged() const { return is_plugged_; }
     /// Its supply gives no more than this; infinity: as it was.
     void limit_supply(double voltage_v) { supply_most_v_ = voltage_v; }
+    /// It is spoken to by this id, whatever its settings say; -1: as they say.
+    void force_id(int id) { forced_id_ = id; }
+    int id() const final { return forced_id_ >= 0 ? forced_id_ : set_id(); }
     /// Its transceiver works at this rate, whatever its settings say; 0: as they say.
     void force_bit_rate(std::uint32_t bit_rate) { forced_bit_rate_ = bit_rate; }
     Plant& plant() { return plant_; }
@@ -67,6 +79,7 @@ protected:
     virtual void power_on() = 0;
     virtual void control() = 0; ///< once a tick, while it is on: looks at the plant and drives its motor
     virtual std::uint32_t set_bit_rate() const = 0;
+    virtual int set_id() const = 0;
     virtual void tell(Look& look) const = 0; ///< mode, temperature and faults, while it is on
     double supply_v() const { return supply_v_; }
 
@@ -76,6 +89,7 @@ private:
     double supply_v_ = 0.0;
     double supply_most_v_ = std::numeric_limits<double>::infinity();
     std::uint32_t forced_bit_rate_ = 0;
+    int forced_id_ = -1;
     bool is_on_ = false;
     bool is_plugged_ = true;
 };

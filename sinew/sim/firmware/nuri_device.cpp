@@ -55,12 +55,16 @@ NuriDevice::NuriDevice(const nuri::Spec& spec, const PlantParameters& plant)
     set.gear_ratio =
         static_cast<std::uint16_t>(std::clamp(std::lround(spec.profile.external_gear_ratio * 10.0), 1L, 65533L));
     stored_ = Stored<NuriSettings>(set, 0);
+    id_ = set.id;
+    bit_rate_ = set.bit_rate;
 }
 
 void NuriDevice::power_on()
 {
     stored_.power_cycle();
     const NuriSettings& set = stored_.used;
+    id_ = set.id;
+    bit_rate_ = set.bit_rate;
     motion_.power_on(set.on, set.gear_ratio / 10.0, set.inverted && spec_.device.control_direction_works);
 }
 
@@ -136,10 +140,19 @@ bool NuriDevice::handle(const nuri::SetSpeedController& m)
     return set_controller(stored_.used.speed, {m.speed_kp, m.speed_ki, m.speed_kd, m.speed_rated_current});
 }
 
-// GUESS (N15): counts at once.
+// GUESS (N15): at once.
+void NuriDevice::switch_bus()
+{
+    if (spec_.device.bus_switch == nuri::BusSwitch::at_power_on)
+        return;
+    id_ = stored_.used.id;
+    bit_rate_ = stored_.used.bit_rate;
+}
+
 bool NuriDevice::handle(const nuri::SetId& m)
 {
     stored_.used.id = m.new_id;
+    switch_bus();
     return true;
 }
 
@@ -148,6 +161,7 @@ bool NuriDevice::handle(const nuri::SetBaudRate& m)
     for (const BitRate& rate : family().bit_rates)
         if (rate.code == m.baud_code) {
             stored_.used.bit_rate = rate.bps;
+            switch_bus();
             return true;
         }
     return false;
@@ -241,7 +255,13 @@ bool NuriDevice::handle(const nuri::mc::SetResolution& m)
 // GUESS (N24): everything, id and bit rate among it.
 bool NuriDevice::handle(const nuri::FactoryReset&)
 {
+    const NuriSettings before = stored_.used;
     stored_.used = factory_settings();
+    if (spec_.device.reset_keeps_bus) {
+        stored_.used.id = before.id;
+        stored_.used.bit_rate = before.bit_rate;
+    }
+    switch_bus();
     motion_.gear(stored_.used.gear_ratio / 10.0);
     motion_.invert(false);
     motion_.control(true);

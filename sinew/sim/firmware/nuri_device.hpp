@@ -20,11 +20,11 @@ public:
 
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
-    int id() const override { return stored_.used.id; }
-    void set_id(int id) override { stored_.used.id = static_cast<std::uint8_t>(id); }
     void answered(TimePoint at) override;
 
     std::uint32_t flash_writes() const override { return stored_.writes(); }
+    std::vector<KeptValue> kept() const override;
+    std::expected<void, Error> restore(const config::FlashFile& file, const config::FlashJoint& joint) override;
     const NuriSettings& settings() const { return stored_.used; }
 
     template <class M>
@@ -33,7 +33,8 @@ public:
 private:
     void power_on() override;
     void control() override;
-    std::uint32_t set_bit_rate() const override { return stored_.used.bit_rate; } // GUESS (N15): changes at once
+    std::uint32_t set_bit_rate() const override { return bit_rate_; }
+    int set_id() const override { return id_; }
     void tell(Look& look) const override;
 
     // Commands: false when the device ignores the message.
@@ -79,6 +80,7 @@ private:
     nuri::mc::ReplyControlDirectionFeedback handle(const nuri::mc::RequestControlDirectionFeedback&);
 
     NuriSettings factory_settings() const;
+    void switch_bus();
     bool set_controller(NuriController& controller, const NuriController& to);
     bool set_gear_ratio(std::uint16_t tenths);
     bool set_control(nuri::Control control);
@@ -94,6 +96,8 @@ private:
     nuri::Spec spec_;
     Stored<NuriSettings> stored_;
     NuriMotion motion_;
+    std::uint8_t id_ = 0; ///< in use, and the rate
+    std::uint32_t bit_rate_ = 0;
 };
 
 static_assert(sizeof(NuriDevice) < 2048);

@@ -38,7 +38,10 @@ nuri::Rotation NuriDevice::direction_of(double value) const
 double NuriDevice::target_rad(nuri::Rotation direction, std::uint16_t position) const
 {
     const double angle = sense(direction) * units::rad(position * position_lsb_deg);
-    return stored_.used.relative ? motion_.position_rad() + angle : angle;
+    if (!stored_.used.relative)
+        return angle;
+    const bool from_target = spec_.device.relative_base == nuri::RelativeBase::target;
+    return angle + (from_target ? motion_.target_rad() : motion_.position_rad());
 }
 
 // ---- motion ----

@@ -141,6 +141,22 @@ TEST(NuriDevice, TakesAnotherIdAndBitRateAtOnce)
     EXPECT_EQ(bench.device.bit_rate(), 115'200U);
 }
 
+TEST(NuriDevice, TakesAnotherIdAndBitRateAtPowerOnWhenBuiltSo)
+{
+    covers("B 16");
+    auto spec = spec_of();
+    spec.device.bus_switch = nuri::BusSwitch::at_power_on;
+    NuriBench bench(spec);
+    bench.send(nuri::SetBaudRate{.baud_code = 0x0D});
+    bench.send(nuri::SetId{.new_id = 77});
+    bench.run(1s);
+    EXPECT_EQ(bench.device.id(), 3);
+    EXPECT_EQ(bench.device.bit_rate(), 9600U);
+    bench.device.power_cycle();
+    EXPECT_EQ(bench.device.id(), 77);
+    EXPECT_EQ(bench.device.bit_rate(), 115'200U);
+}
+
 TEST(NuriDevice, FactoryResetRestoresEverything)
 {
     covers("B 12");
@@ -313,6 +329,20 @@ TEST(NuriMotion, CallsThePresentPositionZero)
     EXPECT_NEAR(bench.device.look().position_rad, units::rad(20.0), rest_rad);
 }
 
+TEST(NuriMotion, GoesToItsZeroAtAPositionResetWhenBuiltSo)
+{
+    covers("B 11");
+    auto spec = spec_of();
+    spec.device.position_reset = nuri::PositionReset::go_to_zero;
+    NuriBench bench(spec);
+    bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+    bench.run(5s);
+    bench.send(nuri::ResetPosition{});
+    EXPECT_EQ(bench.ask(nuri::RequestPositionFeedback{}).position, 1000);
+    bench.run(5s);
+    EXPECT_NEAR(bench.device.look().position_rad, 0.0, rest_rad);
+}
+
 TEST(NuriMotion, MeansTheShaftBehindTheExternalGear)
 {
     covers("B 8");
@@ -401,6 +431,36 @@ TEST(NuriMotion, GoesOnSlowlyWhenItComesFree)
     }
     EXPECT_LT(most, 2.0 * units::rad_s_from_rpm(5.0));
     EXPECT_NEAR(bench.device.look().position_rad, units::rad(90.0), rest_rad);
+}
+
+TEST(NuriDevice, KeepsItsIdAndBitRateAtAFactoryResetWhenBuiltSo)
+{
+    covers("B 12");
+    auto spec = spec_of();
+    spec.device.reset_keeps_bus = true;
+    NuriBench bench(spec);
+    bench.send(nuri::SetBaudRate{.baud_code = 0x0D});
+    bench.send(nuri::SetExternalGearRatio{.gear_ratio = 50});
+    bench.send(nuri::FactoryReset{});
+    EXPECT_EQ(bench.device.id(), 3);
+    EXPECT_EQ(bench.device.bit_rate(), 115'200U);
+    EXPECT_EQ(bench.ask(nuri::RequestGearRatioFeedback{}).gear_ratio, 10);
+}
+
+TEST(NuriMotion, AddsRelativePositionsToTheTargetWhenBuiltSo)
+{
+    covers("B 10");
+    for (const auto base : {nuri::RelativeBase::position, nuri::RelativeBase::target}) {
+        auto spec = spec_of();
+        spec.device.relative_base = base;
+        NuriBench bench(spec);
+        bench.send(nuri::SetPositionControlMode{.position_mode = nuri::PositionMode::relative});
+        for (int i = 0; i < 2; ++i)
+            bench.send(nuri::PositionSpeedControl{counter_clockwise, 1000, 100});
+        bench.run(5s);
+        EXPECT_NEAR(bench.device.look().position_rad, units::rad(base == nuri::RelativeBase::target ? 20.0 : 10.0),
+                    rest_rad);
+    }
 }
 
 } // namespace

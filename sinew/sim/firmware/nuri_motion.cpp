@@ -24,8 +24,8 @@ ServoGains gains_of(const NuriController& controller)
 } // namespace
 
 NuriMotion::NuriMotion(const nuri::Spec& spec, Plant& plant)
-    : off_keeps_target_(spec.device.off_keeps_target), plant_(plant), servo_(plant, supply_v(spec)),
-      rated_current_a_(servo_.rating().current_max_a)
+    : off_keeps_target_(spec.device.off_keeps_target), position_reset_(spec.device.position_reset), plant_(plant),
+      servo_(plant, supply_v(spec)), rated_current_a_(servo_.rating().current_max_a)
 {
 }
 
@@ -102,7 +102,10 @@ void NuriMotion::invert(bool on)
 
 void NuriMotion::reset_position()
 {
-    zero_rad_ = plant_.position_rad();
+    if (position_reset_ == nuri::PositionReset::here_is_zero)
+        zero_rad_ = plant_.position_rad();
+    else
+        go_to(0.0, to_output(servo_.rating().velocity_max_rad_s));
 }
 
 void NuriMotion::act()

@@ -31,6 +31,7 @@ public:
     void invert(bool on);
     /// The gains and the rated current of whichever controller the next order is for.
     void tune(const NuriController& controller);
+    /// GUESS: here is zero, or the shaft goes to the zero there is, as the device is built.
     void reset_position();
     double target_rad() const; ///< of the position order; without one where it is
 
@@ -59,6 +60,7 @@ private:
     void act();
 
     bool off_keeps_target_;
+    nuri::PositionReset position_reset_;
     Plant& plant_;
     Servo servo_;
     Order order_;

@@ -21,14 +21,14 @@ public:
 
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
-    int id() const override { return id_; }
-    void set_id(int id) override { id_ = id; }
     /// As the first three switches of its board are set: an id of 1 … 8, which counts at once (GUESS). False: there is
     /// no such setting.
     bool set_dip(int id);
     void answered(TimePoint at) override;
 
     std::uint32_t flash_writes() const override { return flash_writes_; }
+    std::vector<KeptValue> kept() const override;
+    std::expected<void, Error> restore(const config::FlashFile& file, const config::FlashJoint& joint) override;
 
     template <class M>
     std::optional<Answer> serve(const wire::Frame& frame, TimePoint at);
@@ -37,6 +37,7 @@ private:
     void power_on() override;
     void control() override;
     std::uint32_t set_bit_rate() const override { return spec_->device.bit_rate; }
+    int set_id() const override { return id_; }
     void tell(Look& look) const override;
 
     // Settings.

@@ -21,12 +21,12 @@ public:
 
     std::optional<Answer> hear(const wire::Frame& request, TimePoint at) override;
     const wire::Protocol& protocol() const override;
-    int id() const override { return stored_.used.id; }
-    void set_id(int id) override { stored_.used.id = static_cast<std::uint8_t>(id); }
     void answered(TimePoint at) override;
     bool hears_all() const override { return spec_.device.ping_ignores_id; }
 
     std::uint32_t flash_writes() const override { return stored_.writes(); }
+    std::vector<KeptValue> kept() const override;
+    std::expected<void, Error> restore(const config::FlashFile& file, const config::FlashJoint& joint) override;
     const SamSettings& settings() const { return stored_.used; }
 
     /// What its LEDs show and its digital outputs put out; the protections have the LEDs too.
@@ -43,6 +43,7 @@ private:
     void power_on() override;
     void control() override;
     std::uint32_t set_bit_rate() const override { return bit_rate_; }
+    int set_id() const override { return stored_.used.id; }
     void tell(Look& look) const override;
 
     // Each returns the reply, or nothing when the device ignores the message. Replies of motion commands tell the state
@@ -113,6 +114,8 @@ private:
     void run_program();
     void perform(const SamProgram::Action& action);
     void quick_go_to(int torque_level, int target);
+    void quick_wheel(double duty);
+    std::uint8_t raw_id() const { return static_cast<std::uint8_t>(id()); }
     std::uint16_t raw_external() const;
     bool set_baud_code(int code);
     bool set_boundary(bool quick, int lower, int upper);

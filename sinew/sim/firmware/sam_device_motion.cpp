@@ -8,10 +8,12 @@ namespace {
 constexpr int weakest_level = 4;  // L392
 constexpr int fastest_quick = 15; // L412
 
-// L412: 1 is 15 % and 15 is 50 %; GUESS (S42): linear between.
-double quick_duty(int speed)
+// L412: 1 is 15 % and 15 is 50 %; GUESS (S42): a line between, or the parabola through what the option says of 8.
+double quick_duty(int speed, double middle_duty)
 {
-    return speed == 0 ? 0.0 : 0.125 + 0.025 * speed;
+    constexpr double middle = 8.0;
+    const double bend = (speed - middle) / 7.0;
+    return speed == 0 ? 0.0 : 0.125 + 0.025 * speed + (middle_duty - 0.325) * (1.0 - bend * bend);
 }
 
 // Clockwise is positive (L726-728).
@@ -50,6 +52,11 @@ void SamDevice::quick_go_to(int torque_level, int target)
                   registers_);
 }
 
+void SamDevice::quick_wheel(double duty)
+{
+    motion_.wheel(duty, stored_.used.quick_boundary, spec_.model->quick.deg_per_unit);
+}
+
 Handled<sam::PositionControl> SamDevice::handle(const sam::PositionControl& m)
 {
     const sam::Position before{static_cast<std::uint16_t>(motion_.raw_position(spec_.model->standard))};
@@ -72,23 +79,23 @@ Handled<sam::QuickPassiveMode> SamDevice::handle(const sam::QuickPassiveMode&)
 {
     program_.stop();
     motion_.passive();
-    return sam::Identity{stored_.used.id};
+    return sam::Identity{raw_id()};
 }
 
 Handled<sam::QuickWheelMode> SamDevice::handle(const sam::QuickWheelMode& m)
 {
     const sam::QuickTurns before = spec_.profile.wheel_reply == sam::WheelReply::id_id
-                                       ? sam::QuickTurns{stored_.used.id, stored_.used.id}
+                                       ? sam::QuickTurns{raw_id(), raw_id()}
                                        : sam::QuickTurns{motion_.turns(), quick_position()};
     program_.stop();
-    const double duty = quick_duty(m.speed);
-    motion_.wheel(m.direction == sam::QuickSpin::clockwise ? duty : -duty);
+    const double duty = quick_duty(m.speed, spec_.device.wheel_middle_duty);
+    quick_wheel(m.direction == sam::QuickSpin::clockwise ? duty : -duty);
     return before;
 }
 
 Handled<sam::QuickBrakeMode> SamDevice::handle(const sam::QuickBrakeMode&)
 {
-    const sam::QuickBrakeState before{stored_.used.id, quick_position()};
+    const sam::QuickBrakeState before{raw_id(), quick_position()};
     program_.stop();
     motion_.brake();
     return before;
@@ -108,10 +115,10 @@ Handled<sam::SpecialControl> SamDevice::handle(const sam::SpecialControl& m)
         motion_.brake();
         break;
     case sam::Mode::wheel:
-        motion_.wheel(signed_duty(m.wheel_speed));
+        motion_.wheel(signed_duty(m.wheel_speed), stored_.used.standard_boundary, spec_.model->boundary_deg_per_unit);
         break;
     }
-    return sam::ControlMode{stored_.used.id, m.mode};
+    return sam::ControlMode{raw_id(), m.mode};
 }
 
 Handled<sam::OffsetControl> SamDevice::handle(const sam::OffsetControl& m)
@@ -144,15 +151,15 @@ void SamDevice::perform(const SamProgram::Action& action)
         registers_.port.do2 = (action.data & 2) != 0;
         break;
     case SamProgram::Instruction::special: {
-        const double duty = quick_duty(std::min<int>(action.data, fastest_quick));
+        const double duty = quick_duty(std::min<int>(action.data, fastest_quick), spec_.device.wheel_middle_duty);
         if (action.sub == 1)
             motion_.passive();
         else if (action.sub == 2)
             motion_.brake();
         else if (action.sub == static_cast<int>(sam::QuickSpin::counter_clockwise))
-            motion_.wheel(-duty);
+            quick_wheel(-duty);
         else if (action.sub == static_cast<int>(sam::QuickSpin::clockwise))
-            motion_.wheel(duty);
+            quick_wheel(duty);
         break;
     }
     default:

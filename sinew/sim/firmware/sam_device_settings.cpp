@@ -220,7 +220,8 @@ Handled<sam::WriteMotionData> SamDevice::handle(const sam::WriteMotionData& m)
 {
     stored_.used.motion_count = m.motion_count;
     stored_.used.motion = m.instructions;
-    program_.start(stored_.used.motion, stored_.used.motion_count, spec_.device);
+    if (spec_.device.motion_runs_when_written)
+        program_.start(stored_.used.motion, stored_.used.motion_count, spec_.device);
     return sam::MotionCount{m.motion_count};
 }
 

@@ -91,6 +91,19 @@ TEST(SamDevice, IgnoresAWrongChecksumAndAValueThatDiffersFromItsRepeat)
     EXPECT_EQ(bench.ask(sam::ReadIGain{}).i_gain, 0);
 }
 
+TEST(SamDevice, TakesTheFirstOfTwoDifferingValuesWhenBuiltSo)
+{
+    covers("A.1 9");
+    auto spec = spec_of("SAM-20");
+    spec.device.repeats_checked = false;
+    SamBench bench(spec);
+    auto frame = *wire::encode_request(5, sam::SetIGain{.i_gain = 9});
+    frame.data[5] = 8;
+    frame.data[6] ^= 9 ^ 8;
+    EXPECT_TRUE(bench.device.hear(frame, bench.now));
+    EXPECT_EQ(bench.ask(sam::ReadIGain{}).i_gain, 9);
+}
+
 // ---- response level ----
 
 TEST(SamDevice, AnswersSetDriveModeByTheNewLevel)
@@ -183,6 +196,32 @@ TEST(SamDevice, CountsItsFlashWritesAndStoresNothingWhenItsFlashIsWornOut)
     EXPECT_EQ(bench.device.flash_writes(), 3U);
     bench.device.power_cycle();
     EXPECT_EQ(bench.ask(sam::ReadIGain{}).i_gain, 2);
+}
+
+TEST(SamDevice, ComesWithTenThousandWritesOfItsFlash)
+{
+    covers("A.10 1");
+    SamBench bench(spec_of("SAM-20"));
+    for (int write = 1; write <= 10'001; ++write)
+        bench.send(sam::SetIGain{.i_gain = static_cast<std::uint8_t>(write <= 10'000 ? 7 : 9)});
+    EXPECT_EQ(bench.ask(sam::ReadIGain{}).i_gain, 9) << "it counts until the power is cut";
+    EXPECT_EQ(bench.device.look().faults, "flash worn out");
+    bench.device.power_cycle();
+    EXPECT_EQ(bench.ask(sam::ReadIGain{}).i_gain, 7);
+}
+
+TEST(SamDevice, KeepsItsOwnIdThroughAFaultThatDoublesAnother)
+{
+    SamBench bench(spec_of("SAM-20"));
+    bench.device.force_id(6);
+    EXPECT_EQ(bench.ask(sam::Ping{}).id, 6);
+    bench.ask(sam::SetIGain{.i_gain = 3});
+    bench.device.power_cycle();
+    EXPECT_EQ(bench.device.id(), 6) << "as long as the fault lasts";
+    bench.device.force_id(-1);
+    EXPECT_EQ(bench.ask(sam::Ping{}).id, 5);
+    bench.device.power_cycle();
+    EXPECT_EQ(bench.device.id(), 5);
 }
 
 TEST(SamDevice, TakesAnotherIdAtOnce)
@@ -314,6 +353,21 @@ TEST(SamDevice, OfTheEncoderClassGoesBackToIdZeroByTheSwitchInside)
         EXPECT_EQ(bench.device.id(), encoder ? 0 : 5);
         EXPECT_EQ(bench.device.bit_rate(), encoder ? 1'500'000U : 115'200U);
     }
+}
+
+TEST(SamDevice, PutsOutAtPowerOnWhatItIsBuiltFor)
+{
+    covers("A.12 5");
+    auto spec = spec_of("SAM-160");
+    spec.device.port_at_power_on = 0b1010;
+    SamBench bench(spec);
+    bench.ask(sam::WriteExternalPort{.led_red = true});
+    bench.device.power_cycle();
+    const auto port = bench.device.port();
+    EXPECT_FALSE(port.led_red);
+    EXPECT_TRUE(port.led_blue);
+    EXPECT_FALSE(port.do1);
+    EXPECT_TRUE(port.do2);
 }
 
 TEST(SamDevice, PutsOutWhatTheExternalPortIsToldUntilPowerOff)

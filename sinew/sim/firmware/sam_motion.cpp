@@ -30,7 +30,9 @@ double boundary_rad(int raw, double deg_per_unit)
 } // namespace
 
 SamMotion::SamMotion(const sam::Spec& spec, Plant& plant)
-    : model_(spec.model), clockwise_positive_(spec.profile.clockwise_positive), plant_(plant),
+    : model_(spec.model), clockwise_positive_(spec.profile.clockwise_positive),
+      position_ends_modes_(spec.device.position_ends_modes),
+      wheel_obeys_boundaries_(spec.device.wheel_obeys_boundaries), plant_(plant),
       rating_(rating_of(plant.parameters(), supply_v(spec)))
 {
     past_.fill(plant_.position_rad());
@@ -51,7 +53,7 @@ void SamMotion::control(bool may_drive, const SamGains& gains)
     if (drive_ == Drive::braked)
         plant_.short_circuit();
     else if (drive_ == Drive::wheel && may_drive)
-        plant_.drive_duty(wheel_duty_);
+        plant_.drive_duty(wheel_duty());
     else if (drive_ == Drive::position && may_drive)
         plant_.drive_duty(position_duty(gains));
     else
@@ -75,6 +77,8 @@ double SamMotion::position_duty(const SamGains& gains)
 void SamMotion::go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary,
                       double boundary_deg_per_unit, int torque, const SamRegisters& registers)
 {
+    if (!position_ends_modes_ && mode_ != sam::Mode::position)
+        return;
     const double inside =
         std::clamp(raw, static_cast<double>(scale.control.low), static_cast<double>(scale.control.high));
     const double target = std::clamp(scale.rad(inside), boundary_rad(boundary.lower, boundary_deg_per_unit),
@@ -126,11 +130,20 @@ void SamMotion::brake()
     drive_ = Drive::braked;
 }
 
-void SamMotion::wheel(double duty)
+void SamMotion::wheel(double duty, const SamBoundary& boundary, double boundary_deg_per_unit)
 {
     mode_ = sam::Mode::wheel;
     drive_ = Drive::wheel;
     wheel_duty_ = sense() * (clockwise_positive_ ? duty : -duty);
+    wheel_min_rad_ = boundary_rad(boundary.lower, boundary_deg_per_unit);
+    wheel_max_rad_ = boundary_rad(boundary.upper, boundary_deg_per_unit);
+}
+
+double SamMotion::wheel_duty() const
+{
+    const double seen_duty = sense() * wheel_duty_;
+    const bool at_end = seen_duty > 0.0 ? angle_rad() >= wheel_max_rad_ : angle_rad() <= wheel_min_rad_;
+    return wheel_obeys_boundaries_ && at_end ? 0.0 : wheel_duty_;
 }
 
 void SamMotion::reverse(bool on)

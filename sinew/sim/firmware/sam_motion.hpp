@@ -26,15 +26,15 @@ public:
     void power_on();
 
     /// To a raw position of `scale`, limited to what `scale` and `boundary` allow, with a torque of 0 … 2000. GUESS:
-    /// leaves any other mode (S76). The registers of S36 limit speed and acceleration where they are set; without them
-    /// the shaft is sent there at once.
+    /// leaves any other mode, unless the device is built to stay in it (S76). The registers of S36 limit speed and
+    /// acceleration where they are set; without them the shaft is sent there at once.
     void go_to(double raw, const sam::PositionScale& scale, const SamBoundary& boundary, double boundary_deg_per_unit,
                int torque, const SamRegisters& registers);
     void hold();
     void passive();
     void brake();
-    /// PWM duty -1 … 1, clockwise positive. GUESS: angle limits do not apply.
-    void wheel(double duty);
+    /// PWM duty -1 … 1, clockwise positive. GUESS: the boundary does not apply, unless the device is built so.
+    void wheel(double duty, const SamBoundary& boundary, double boundary_deg_per_unit);
 
     void reverse(bool on);
     /// GUESS (S50): the present position becomes the middle one, or that is taken back.
@@ -56,11 +56,14 @@ private:
     void to(double target_rad, const SamRegisters& registers);
     bool is_planned() const { return is_planned_ && drive_ == Drive::position; }
     double position_duty(const SamGains& gains);
+    double wheel_duty() const;
     double sense() const { return reverse_ ? -1.0 : 1.0; }
     double seen_rad() const { return sense() * plant_.position_rad() - offset_rad_; }
 
     const sam::Model* model_;
     bool clockwise_positive_;
+    bool position_ends_modes_;
+    bool wheel_obeys_boundaries_;
     Plant& plant_;
     Rating rating_;
     SamPositionLoop loop_;
@@ -74,6 +77,8 @@ private:
     double target_rad_ = 0.0; ///< of the plant
     double duty_limit_ = 1.0;
     double wheel_duty_ = 0.0;
+    double wheel_min_rad_ = 0.0; ///< of the boundary
+    double wheel_max_rad_ = 0.0;
     std::array<double, 16> past_{}; ///< positions before the last ticks
     std::size_t now_ = 0;
 };

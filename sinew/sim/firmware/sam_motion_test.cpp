@@ -211,6 +211,58 @@ TEST(SamMotion, TurnsWithoutEndInWheelMode)
     }
 }
 
+TEST(SamMotion, StaysInItsModeAtAPositionCommandWhenBuiltSo)
+{
+    covers("A.3 8");
+    auto spec = spec_of("SAM-20");
+    spec.device.position_ends_modes = false;
+    SamBench bench(spec);
+    bench.ask(sam::PositionControl{.target_position = 3000});
+    bench.run(1s);
+    EXPECT_EQ(bench.device.look().mode, "passive");
+    EXPECT_EQ(bench.device.look().position_rad, 0.0);
+    bench.ask(sam::SpecialControl{.mode = sam::Mode::position});
+    bench.ask(sam::PositionControl{.target_position = 3000});
+    bench.run(2s);
+    EXPECT_EQ(bench.ask(sam::ReadCurrentPosition{}).position, 3000);
+}
+
+TEST(SamMotion, TurnsFasterInTheMiddleOfItsQuickWheelSpeedsWhenBuiltSo)
+{
+    covers("A.7 2");
+    const auto speed = [](double middle_duty, std::uint8_t quick_speed) {
+        auto spec = spec_of("SAM-20");
+        spec.device.wheel_middle_duty = middle_duty;
+        SamBench bench(spec);
+        bench.ask(sam::QuickWheelMode{.direction = sam::QuickSpin::clockwise, .speed = quick_speed});
+        bench.run(2s);
+        return bench.device.look().velocity_rad_s / spec.model->ratings.max_speed_rad_s * 0.97 + 0.03;
+    };
+    for (const double middle : {0.325, 0.4}) {
+        EXPECT_NEAR(speed(middle, 1), 0.15, 1e-3);
+        EXPECT_NEAR(speed(middle, 8), middle, 1e-3);
+        EXPECT_NEAR(speed(middle, 15), 0.5, 1e-3);
+    }
+    EXPECT_NEAR(speed(0.325, 4), 0.225, 1e-3);
+}
+
+TEST(SamMotion, StopsItsWheelAtTheBoundariesWhenBuiltSo)
+{
+    covers("A.7 5");
+    auto spec = spec_of("SAM-20");
+    spec.device.wheel_obeys_boundaries = true;
+    SamBench bench(spec);
+    bench.ask(sam::QuickSetBoundary{.upper_boundary = 177, .lower_boundary = 77}); // 54 degrees either way
+    for (const auto& [direction, side] :
+         {std::pair{sam::QuickSpin::clockwise, 1.0}, std::pair{sam::QuickSpin::counter_clockwise, -1.0}}) {
+        bench.ask(sam::QuickWheelMode{.direction = direction, .speed = 1});
+        bench.run(5s);
+        EXPECT_EQ(bench.device.look().velocity_rad_s, 0.0);
+        EXPECT_NEAR(units::deg(bench.device.look().position_rad), side * 54.0, 5.0) << "where it has stopped";
+        EXPECT_GE(side * units::deg(bench.device.look().position_rad), 54.0);
+    }
+}
+
 TEST(SamMotion, TurnsTheOtherWayWhenItsPositionsGrowCounterClockwise)
 {
     auto spec = spec_of("SAM-20");
@@ -294,6 +346,30 @@ TEST(SamMotion, MeasuresItsSpeedOverTheWindowOfItsModel)
                   std::lround(units::deg(speed) / spec.model->speed_deg_s_per_unit))
             << name;
     }
+}
+
+TEST(SamMotion, ReadsItsAccelerationAndItsLoadOverTheLastMillisecond)
+{
+    covers("A.13 2");
+    covers("A.13 3");
+    const auto spec = spec_of("SAM-160");
+    SamBench bench(spec);
+    bench.ask(sam::QuickPositionControl{.torque_level = 4, .target_position = 200}); // a fifth of the voltage
+    bench.run(8ms);
+    const double before = bench.device.look().velocity_rad_s;
+    bench.run(1ms);
+    const double after = bench.device.look().velocity_rad_s;
+    const double acceleration = (after - before) / 0.001;
+    EXPECT_EQ(bench.ask(sam::ReadCurrentAccel{}).current_accel,
+              std::lround(units::deg(acceleration) / spec.model->accel_deg_s2_per_unit));
+    const PlantParameters& p = bench.device.plant().parameters();
+    const double torque = p.inertia_kg_m2() * acceleration + p.coulomb_friction_nm +
+                          p.viscous_friction_nm_s_per_rad * (before + after) / 2.0;
+    const double mean_a = torque / p.torque_per_ampere_nm();
+    const double at_end_a = (0.2 * 24.0 - p.voltage_constant_v_s_per_rad() * after) / p.winding_ohm;
+    ASSERT_GT(std::abs(mean_a - at_end_a) / spec.model->current_a_per_ad12, 2.0) << "the window would not matter";
+    EXPECT_NEAR(bench.ask(sam::ReadCurrentLoad{}).current_load, mean_a / spec.model->current_a_per_ad12, 1.0);
+    EXPECT_NEAR(bench.ask(sam::QuickReadStatus{}).load, mean_a / spec.model->current_a_per_ad8, 1.0);
 }
 
 TEST(SamMotion, HoldsAgainstAHandThatWouldTurnItWhenPassive)

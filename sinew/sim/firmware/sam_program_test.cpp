@@ -133,6 +133,18 @@ TEST(SamProgram, RunsInADeviceWithNothingButPower)
     }
 }
 
+TEST(SamProgram, WaitsForPowerOnWhenBuiltSo)
+{
+    covers("A.14 5");
+    Own bench("SAM-20", {.response_level = 1, .motion_runs_when_written = false});
+    bench.write({{0x10, 0xAC}, {0x80, 0x00}});
+    bench.run(2s);
+    EXPECT_EQ(bench.position(), 127);
+    bench.device.power_cycle();
+    bench.run(2s);
+    EXPECT_EQ(bench.position(), 0xAC);
+}
+
 TEST(SamProgram, IsTakenInQuickCoordinatesTooAndDisabledByACountOfZero)
 {
     covers("A.14 1");

@@ -24,7 +24,7 @@ bool SamProtection::control(double current_a, double temperature_c, bool is_driv
 {
     passive_left_ = std::max(Duration{}, passive_left_ - tick);
     blue_left_ = std::max(Duration{}, blue_left_ - tick);
-    is_hot_ = temperature_c >= sam::overheat_c; // GUESS: no hysteresis
+    is_hot_ = temperature_c >= sam::overheat_c || (is_hot_ && temperature_c > sam::overheat_c - limits.hysteresis_k);
     hot_for_ = is_hot_ ? (hot_for_ + tick) % blink_period : Duration{};
 
     const double current = is_driving && !is_passive() ? std::abs(current_a) : 0.0;

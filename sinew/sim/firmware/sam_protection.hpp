@@ -10,10 +10,12 @@ namespace sinew::sim {
 class SamProtection
 {
 public:
-    /// What a device was told: its overload limit and that of the 1.8 A rule (S69), where 0 is none.
+    /// What a device was told: its overload limit and that of the 1.8 A rule (S69), where 0 is none; and how much
+    /// cooler than the limit it must be to be no longer hot.
     struct Limits {
         double overload_a = 0.0;
         double fixed_a = 0.0;
+        double hysteresis_k = 0.0;
     };
 
     void power_on() { *this = {}; }

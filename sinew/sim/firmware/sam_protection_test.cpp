@@ -173,6 +173,26 @@ TEST(SamProtection, StopsPositionControlWhileItIsHot)
     EXPECT_EQ(bench.ask(sam::ReadCurrentPosition{}).position, 20'000);
 }
 
+TEST(SamProtection, IsHotUntilItIsCoolerByTheHysteresisItIsBuiltWith)
+{
+    covers("A.8 5");
+    for (const double hysteresis_k : {0.0, 10.0}) {
+        auto spec = spec_of("SAM-160");
+        spec.device.overheat_hysteresis_k = hysteresis_k;
+        Bench<SamDevice> bench(spec);
+        const auto hot_at = [&](double temperature_c) {
+            bench.device.plant().heat_to(temperature_c);
+            bench.run(1ms);
+            return bench.ask(sam::ReadTemperatureError{}).temp_error == 1;
+        };
+        EXPECT_FALSE(hot_at(60.0));
+        EXPECT_TRUE(hot_at(65.5));
+        EXPECT_EQ(hot_at(60.0), hysteresis_k > 0.0);
+        EXPECT_FALSE(hot_at(54.0));
+        EXPECT_FALSE(hot_at(60.0));
+    }
+}
+
 TEST(SamProtection, OrdinaryMovesDoNotTripIt)
 {
     for (const sam::Model& model : sam::models()) {

@@ -16,10 +16,17 @@ public:
     void keep()
     {
         ++writes_;
-        if (writes_max_ == 0 || writes_ <= static_cast<std::uint32_t>(writes_max_))
+        if (!worn_out())
             kept_ = used;
     }
     void power_cycle() { used = kept_; }
+    const Settings& kept() const { return kept_; }
+    void restore(const Settings& kept, std::uint32_t writes)
+    {
+        used = kept_ = kept;
+        writes_ = writes;
+    }
+    bool worn_out() const { return writes_max_ != 0 && writes_ > static_cast<std::uint32_t>(writes_max_); }
     std::uint32_t writes() const { return writes_; } ///< write commands so far, also those that came too late to last
 
 private:
