@@ -26,6 +26,7 @@ constexpr std::string_view joint_keys[] = {"bus",
                                            "velocity_max_rad_s",
                                            "velocity_max_deg_s",
                                            "profile_options",
+                                           "runtime",
                                            "sim",
                                            "plant"};
 
@@ -88,6 +89,7 @@ Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mar
     read_mounting(reader, table, joint);
     read_limits(reader, table, joint);
     joint.options = reader.settings(reader.section(table, "profile_options"));
+    joint.runtime = reader.settings(reader.section(table, "runtime"));
     joint.sim = reader.settings(reader.section(table, "sim"));
     joint.plant = reader.settings(reader.section(table, "plant"));
     return joint;

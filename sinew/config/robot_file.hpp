@@ -60,6 +60,7 @@ struct Joint {
     double ratio = 1.0;    ///< actuator turns per joint turn
     std::optional<double> position_min_rad, position_max_rad, velocity_max_rad_s;
     std::vector<Setting> options; ///< `[joint.NAME.profile_options]`: named options of the profile
+    std::vector<Setting> runtime; ///< `[joint.NAME.runtime]`: what its device is set to after every power-on
     std::vector<Setting> sim;     ///< `[joint.NAME.sim]`: options of the simulated device
     std::vector<Setting> plant;   ///< `[joint.NAME.plant]`: of its simulated motor and load
 };

@@ -4,6 +4,7 @@
 #include "sinew/family/nuri/messages.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <set>
 
@@ -265,6 +266,46 @@ TEST(Resolve, TimesComeFromTheDevice)
         only_device("[joint.a]\nbus = \"n\"\nid = 3\n[joint.a.profile_options]\nresponse_time_us = 5000\n");
     EXPECT_EQ(response_time_of(slow), std::chrono::milliseconds{5});
     EXPECT_EQ(response_time_of(only_device("[joint.a]\nbus = \"r\"\nid = 3\n")), std::chrono::microseconds{250});
+}
+
+// ---- [joint.NAME.runtime] ----
+
+TEST(Resolve, ReadsWhatADeviceIsSetToAfterPowerOn)
+{
+    const auto sam = std::get<sam::Spec>(only_device("[joint.j]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n"
+                                                     "[joint.j.runtime]\np_gain = 40\nd_gain = 8\n"));
+    EXPECT_EQ(sam.runtime.p_gain, 40);
+    EXPECT_EQ(sam.runtime.d_gain, 8);
+    EXPECT_EQ(sam.runtime.i_gain, std::nullopt);
+    const auto rmd = std::get<rmd::Spec>(only_device("[joint.j]\nbus = \"r\"\nid = 1\n[joint.j.runtime]\n"
+                                                     "acceleration_deg_s2 = 180\nspeed_kp = 7\nspeed_ki = 8\n"
+                                                     "speed_kd = 9\n"));
+    EXPECT_NEAR(rmd.runtime.acceleration_rad_s2.value(), 3.14159265, 1e-6);
+    EXPECT_EQ(rmd.runtime.speed.kd, 9);
+    EXPECT_FALSE(rmd.runtime.angle.given());
+}
+
+TEST(Resolve, SaysWhatIsWrongWithRunTimeSettings)
+{
+    const auto about = [](std::string_view joint, std::string_view settings) {
+        return complaint(fmt::format("[joint.j]\n{}\nid = 1\n[joint.j.runtime]\n{}\n", joint, settings));
+    };
+    const std::string_view sam = "bus = \"s\"\nmodel = \"SAM-20\"";
+    const auto rmd = [](std::string_view line) { return fmt::format("bus = \"r\"\nprofile = \"{}\"", line); };
+    for (const auto& [said, expected] :
+         {std::pair{about(sam, "p_gain = 40"), "give both"},
+          {about(sam, "p_gain = 0\nd_gain = 1"), "1 to 254"},
+          {about(sam, "p_gian = 40"), "did you mean p_gain"},
+          {about("bus = \"n\"", "p_gain = 1"), "keeps every setting"},
+          {about(rmd("rmd-2.35"), "angle_kp = 1\nangle_ki = 1"), "give all three"},
+          {about(rmd("rmd-2.35"), "acceleration_rad_s2 = 0"), "above 0"},
+          {about(rmd("gyems-1.62"), "angle_kp = 1\nangle_ki = 1"), "all three loops"},
+          {about(rmd("gyems-1.62"), "angle_kp = 1\nangle_ki = 1\nangle_kd = 1"), "kp and ki"},
+          {about(rmd("lk-2.35"), "acceleration_rad_s2 = 1"), "no message for an acceleration"},
+          {about(rmd("lk-2.35"), "angle_kp = 1\nangle_ki = 1\nangle_kd = 1"), "no message for gains"}}) {
+        EXPECT_NE(said.find(expected), std::string::npos) << said;
+        EXPECT_EQ(said.substr(0, 7), "r.toml:") << said;
+    }
 }
 
 } // namespace

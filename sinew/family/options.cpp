@@ -1,5 +1,7 @@
 #include "sinew/family/options.hpp"
 
+#include "sinew/base/units.hpp"
+
 namespace sinew {
 namespace {
 
@@ -8,6 +10,16 @@ constexpr std::string_view start_says = "rad at power-on";
 constexpr std::string_view supply_says = "volts, 0 to 100";
 constexpr std::string_view temperature_says = "degC, -40 to 150";
 constexpr std::string_view bit_rate_says = "bits per second, 110 to 4000000";
+
+template <class T>
+bool set_whole(std::optional<T>& target, const OptionValue& value, wire::Range range)
+{
+    const auto* number = std::get_if<std::int64_t>(&value);
+    const bool good = number && range.contains(*number);
+    if (good)
+        target = static_cast<T>(*number);
+    return good;
+}
 
 } // namespace
 
@@ -75,6 +87,20 @@ constexpr Option<DeviceOptions> device_table[] = {
     number<&DeviceOptions::start_rad, -any_turn_rad, any_turn_rad>("start_rad", start_says),
 };
 
+constexpr std::string_view gain_says = "as the servo counts it, 0 to 254";
+
+template <auto Gain, int Low>
+bool set_gain(Runtime& runtime, const OptionValue& value)
+{
+    return set_whole(runtime.*Gain, value, {Low, 254});
+}
+
+constexpr Option<Runtime> runtime_table[] = {
+    {"p_gain", "as the servo counts it, 1 to 254", set_gain<&Runtime::p_gain, 1>},
+    {"d_gain", gain_says, set_gain<&Runtime::d_gain, 0>},
+    {"i_gain", gain_says, set_gain<&Runtime::i_gain, 0>},
+};
+
 } // namespace
 
 std::span<const Option<Profile>> profile_options()
@@ -84,6 +110,10 @@ std::span<const Option<Profile>> profile_options()
 std::span<const Option<DeviceOptions>> device_options()
 {
     return device_table;
+}
+std::span<const Option<Runtime>> runtime_options()
+{
+    return runtime_table;
 }
 
 } // namespace sam
@@ -165,12 +195,57 @@ bool set_full_scale(Profile& profile, const OptionValue& value)
     return good;
 }
 
+bool set_torque_constant(Profile& profile, const OptionValue& value)
+{
+    const auto given = as_number(value);
+    const bool good = given && *given > 0.0 && *given <= 1000.0;
+    if (good)
+        profile.torque_constant_nm_per_a = given;
+    return good;
+}
+
 constexpr Option<Profile> profile_table[] = {
     {"max_speed_lsb_dps", "0.01 or 1", set_max_speed_scale},
     choice<&Profile::clear_error_reply, clear_error_replies>("clear_error_reply", "\"0x9A\" or \"0x9B\""),
     {"torque_current_full_scale_a", "amperes at 2048, above 0", set_full_scale},
     whole<&Profile::encoder_bits, 12, 18>("encoder_bits", "12 to 18"),
     flag<&Profile::off_requires_run>("off_requires_run"),
+    number<&Profile::gear_ratio, 0.001, 10'000.0>("gear_ratio", "turns of the counted shaft for one of the output, "
+                                                                "0.001 to 10000"),
+    {"torque_constant_nm_per_a", "newton metres per ampere, above 0", set_torque_constant},
+};
+
+constexpr std::string_view acceleration_says = "at the output, above 0";
+constexpr std::string_view gain_says = "as the motor counts it, 0 to 65535";
+
+template <double Unit>
+bool set_acceleration(Runtime& runtime, const OptionValue& value)
+{
+    const auto given = as_number(value);
+    const bool good = given && *given > 0.0 && *given <= 1.0e7;
+    if (good)
+        runtime.acceleration_rad_s2 = *given * Unit;
+    return good;
+}
+
+template <auto Loop, auto Gain>
+bool set_gain(Runtime& runtime, const OptionValue& value)
+{
+    return set_whole((runtime.*Loop).*Gain, value, {0, 65535});
+}
+
+constexpr Option<Runtime> runtime_table[] = {
+    {"acceleration_rad_s2", acceleration_says, set_acceleration<1.0>},
+    {"acceleration_deg_s2", acceleration_says, set_acceleration<units::rad_per_deg>},
+    {"angle_kp", gain_says, set_gain<&Runtime::angle, &LoopGains::kp>},
+    {"angle_ki", gain_says, set_gain<&Runtime::angle, &LoopGains::ki>},
+    {"angle_kd", gain_says, set_gain<&Runtime::angle, &LoopGains::kd>},
+    {"speed_kp", gain_says, set_gain<&Runtime::speed, &LoopGains::kp>},
+    {"speed_ki", gain_says, set_gain<&Runtime::speed, &LoopGains::ki>},
+    {"speed_kd", gain_says, set_gain<&Runtime::speed, &LoopGains::kd>},
+    {"current_kp", gain_says, set_gain<&Runtime::current, &LoopGains::kp>},
+    {"current_ki", gain_says, set_gain<&Runtime::current, &LoopGains::ki>},
+    {"current_kd", gain_says, set_gain<&Runtime::current, &LoopGains::kd>},
 };
 
 constexpr Option<DeviceOptions> device_table[] = {
@@ -203,6 +278,10 @@ std::span<const Option<Profile>> profile_options()
 std::span<const Option<DeviceOptions>> device_options()
 {
     return device_table;
+}
+std::span<const Option<Runtime>> runtime_options()
+{
+    return runtime_table;
 }
 
 } // namespace rmd

@@ -6,12 +6,14 @@
 
 #include <span>
 
-/// The keys of `[joint.NAME.profile_options]` and `[joint.NAME.sim]`, family by family.
+/// The keys of `[joint.NAME.profile_options]`, `[joint.NAME.sim]` and `[joint.NAME.runtime]`, family by family. A Nuri
+/// has no run-time settings.
 namespace sinew {
 
 namespace sam {
 std::span<const Option<Profile>> profile_options();
 std::span<const Option<DeviceOptions>> device_options();
+std::span<const Option<Runtime>> runtime_options();
 } // namespace sam
 
 namespace nuri {
@@ -22,6 +24,7 @@ std::span<const Option<DeviceOptions>> device_options();
 namespace rmd {
 std::span<const Option<Profile>> profile_options();
 std::span<const Option<DeviceOptions>> device_options();
+std::span<const Option<Runtime>> runtime_options();
 } // namespace rmd
 
 } // namespace sinew

@@ -38,6 +38,12 @@ struct SamRules {
     static void named(Spec&) {}
     static void between(Spec& spec) { spec.device.response_level = spec.profile.response_level; }
     static void finish(Spec& spec) { spec.profile.line.options = spec.profile.options(); }
+    static auto runtime_options() { return sam::runtime_options(); }
+    static std::string_view wrong_runtime(const Spec& spec)
+    {
+        const bool one_alone = spec.runtime.p_gain.has_value() != spec.runtime.d_gain.has_value();
+        return one_alone ? "p_gain and d_gain travel together; give both." : "";
+    }
 };
 
 struct NuriRules {
@@ -72,6 +78,25 @@ struct RmdRules {
     static void named(Spec& spec) { spec.profile.max_speed_confirmed = true; }
     static void between(Spec&) {}
     static void finish(Spec& spec) { spec = rmd::make_spec(*spec.model, spec.profile, spec.id, spec.device); }
+    static auto runtime_options() { return rmd::runtime_options(); }
+    static std::string_view wrong_runtime(const Spec& spec)
+    {
+        const rmd::Runtime& own = spec.runtime;
+        const auto has = [&](std::string_view message) { return spec.profile.line.find(message) != nullptr; };
+        if (own.acceleration_rad_s2 && !has("write-acceleration-ram"))
+            return "this firmware line has no message for an acceleration.";
+        const bool at_once = has("write-pid-ram");
+        std::size_t loops = 0;
+        for (const auto* loop : {&own.angle, &own.speed, &own.current}) {
+            loops += loop->given() ? 1U : 0U;
+            if (loop->given() && !at_once && !has("write-parameter-ram"))
+                return "this firmware line has no message for gains.";
+            if (loop->given() && (!loop->kp || !loop->ki || at_once == loop->kd.has_value()))
+                return at_once ? "the gains of this firmware line are kp and ki of each loop."
+                               : "kp, ki and kd of a loop travel together; give all three.";
+        }
+        return at_once && loops != 0 && loops != 3 ? "the gains of all three loops travel together; give all." : "";
+    }
 };
 
 /// Calls `f` with the rules of a family.
@@ -126,6 +151,26 @@ config::Mark place_of(const config::Joint& joint, Problem::Part part)
     return part == Problem::Part::id ? joint.id.at : joint.at;
 }
 
+/// What the device is set to after every power-on.
+template <class Rules>
+std::expected<void, Error> apply_runtime(Rules, const config::RobotFile& file, const config::Joint& joint,
+                                         typename Rules::Spec& spec)
+{
+    if (joint.runtime.empty())
+        return {};
+    const config::Mark at = joint.runtime.front().at;
+    if constexpr (requires { Rules::runtime_options(); }) {
+        if (auto done = apply(file, joint.runtime, Rules::runtime_options(), spec.profile.line.name, "run-time setting",
+                              spec.runtime);
+            !done)
+            return done;
+        const std::string_view wrong = Rules::wrong_runtime(spec);
+        return wrong.empty() ? std::expected<void, Error>{} : config::fail_at(file, at, std::string(wrong));
+    } else {
+        return config::fail_at(file, at, "a device of this family keeps every setting; it has none to be set anew.");
+    }
+}
+
 std::expected<DeviceSpec, Error> device_of(const config::RobotFile& file, const config::Joint& joint,
                                            const config::Bus& bus, const Family& family)
 {
@@ -145,6 +190,8 @@ std::expected<DeviceSpec, Error> device_of(const config::RobotFile& file, const 
         if (auto done = apply(file, joint.sim, Rules::device_options(), family.name, "sim option", spec->device); !done)
             return std::unexpected(std::move(done.error()));
         Rules::finish(*spec);
+        if (auto done = apply_runtime(rules, file, joint, *spec); !done)
+            return std::unexpected(std::move(done.error()));
         return DeviceSpec{std::move(*spec)};
     });
 }

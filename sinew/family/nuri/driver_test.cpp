@@ -2,6 +2,7 @@
 
 #include "sinew/base/units.hpp"
 #include "sinew/family/nuri/messages.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -133,6 +134,230 @@ TEST(NuriDriver, RefusesAPositionThatTheFieldCannotCarry)
     Driver driver(spec());
     EXPECT_EQ(driver.plan({.mode = Mode::position, .position_rad = units::rad(656)}, {}).error().code,
               Errc::out_of_range);
+}
+
+// ---- moves in a time ----
+
+TEST(NuriDriver, SendsThePrintedMoveInATime) // L15: CCW 180.00 deg in 1.0 s
+{
+    Driver driver = told();
+    const auto plan =
+        driver.plan({.mode = Mode::position, .position_rad = units::rad(180), .duration = std::chrono::seconds(1)}, {});
+    EXPECT_EQ(plan->all()[0].frame,
+              *wire::encode_request(0, AccelPositionControl{.position = 18000, .arrival_time = 10}));
+}
+
+TEST(NuriDriver, NeverArrivesEarlierThanAsked)
+{
+    Driver driver = told();
+    const auto arrival = [&](int ms) {
+        const auto plan =
+            driver.plan({.mode = Mode::position, .position_rad = 1.0, .duration = std::chrono::milliseconds(ms)}, {});
+        return plan ? plan->all()[0].frame.data[9] : 0;
+    };
+    EXPECT_EQ(arrival(1), 1);
+    EXPECT_EQ(arrival(100), 1);
+    EXPECT_EQ(arrival(101), 2);
+    EXPECT_EQ(arrival(25'500), 255);
+    EXPECT_EQ(arrival(25'501), 0) << "more than the field carries";
+}
+
+TEST(NuriDriver, ReachesASpeedInTheTimeThatWasNamed)
+{
+    Driver driver(spec());
+    const auto plan = driver.plan({.mode = Mode::velocity,
+                                   .velocity_rad_s = -units::rad_s_from_rpm(10),
+                                   .duration = std::chrono::milliseconds(300)},
+                                  {});
+    EXPECT_EQ(plan->all()[0].frame,
+              *wire::encode_request(
+                  0, AccelSpeedControl{.speed_direction = Rotation::clockwise, .speed = 100, .arrival_time = 3}));
+}
+
+TEST(NuriDriver, SaysWhyItTakesNoCurrentNoDutyAndNoBrake)
+{
+    Driver driver(spec());
+    for (const actuator::Command& command :
+         {actuator::Command{.mode = Mode::current, .current_a = 1.0},
+          actuator::Command{.mode = Mode::torque, .torque_nm = 1.0}, actuator::Command{.mode = Mode::duty, .duty = 0.1},
+          actuator::Command{.mode = Mode::brake}}) {
+        const auto plan = driver.plan(command, {});
+        ASSERT_FALSE(plan.has_value());
+        EXPECT_EQ(plan.error().code, Errc::unsupported);
+        EXPECT_NE(to_sentence(plan.error()).find("the protocol has no"), std::string::npos);
+    }
+}
+
+TEST(NuriDriver, WhatItSendsHasTheSignAndTheMagnitudeOfWhatWasAsked)
+{
+    for (const bool ccw_positive : {true, false}) {
+        Spec turned = spec();
+        turned.profile.ccw_positive = ccw_positive;
+        Driver driver(turned);
+        actuator::State state;
+        ASSERT_TRUE(driver.absorb(*wire::make_request(0, RequestPositionModeFeedback{}),
+                                  *wire::encode_reply<RequestPositionModeFeedback>(0, {}), TimePoint{}, state));
+        for (double deg = -655.3; deg <= 655.3; deg += 3.7) {
+            const auto plan = driver.plan({.mode = Mode::position, .position_rad = units::rad(deg)}, {});
+            const auto sent = wire::decode_request<PositionSpeedControl>(plan->all()[0].frame)->message;
+            const auto said = *wire::encode_reply<RequestPositionFeedback>(
+                0, {.position_direction = sent.position_direction, .position = sent.position});
+            ASSERT_TRUE(driver.absorb(*wire::make_request(0, RequestPositionFeedback{}), said, TimePoint{}, state));
+            EXPECT_NEAR(units::deg(*state.position_rad), deg, 0.005001);
+            const bool is_counter_clockwise = sent.position_direction == Rotation::counter_clockwise;
+            EXPECT_EQ(is_counter_clockwise, (deg >= 0.0) == ccw_positive);
+        }
+    }
+}
+
+// ---- sign and magnitude ----
+
+TimePoint ms(int count)
+{
+    return TimePoint{} + std::chrono::milliseconds(count);
+}
+
+/// A device that is heard again and again by one driver.
+class Listener
+{
+public:
+    explicit Listener(PositionFeedbackLimit limit = PositionFeedbackLimit::clamp) : driver(limited(limit)) {}
+
+    void position(Rotation direction, int raw, int speed, TimePoint at)
+    {
+        absorb<RequestPositionFeedback>({.position_direction = direction,
+                                         .position = static_cast<std::uint16_t>(raw),
+                                         .speed = static_cast<std::uint16_t>(speed)},
+                                        at);
+    }
+    void speed(Rotation direction, int speed, int raw, TimePoint at)
+    {
+        absorb<RequestSpeedFeedback>({.speed_direction = direction,
+                                      .speed = static_cast<std::uint16_t>(speed),
+                                      .position = static_cast<std::uint16_t>(raw)},
+                                     at);
+    }
+    template <class M>
+    void absorb(const wire::ReplyOf<M>& reply, TimePoint at)
+    {
+        ASSERT_TRUE(driver.absorb(*wire::make_request(0, M{}), *wire::encode_reply<M>(0, reply), at, state));
+    }
+
+    Driver driver;
+    actuator::State state;
+
+private:
+    static Spec limited(PositionFeedbackLimit limit)
+    {
+        Spec s = spec();
+        s.profile.position_feedback_limit = limit;
+        return s;
+    }
+};
+
+constexpr auto ccw = Rotation::counter_clockwise;
+constexpr auto cw = Rotation::clockwise;
+
+TEST(NuriDriver, KeepsAnOlderVelocityWithItsOwnTimeWhenPositionFeedbackSaysNoSign)
+{
+    Listener listener;
+    listener.speed(cw, 100, 0, ms(1));
+    listener.position(ccw, 1000, 100, ms(5));
+    EXPECT_NEAR(units::rpm(*listener.state.velocity_rad_s), -10.0, 1e-9);
+    EXPECT_EQ(listener.state.velocity_rad_s.at(), ms(1));
+    EXPECT_EQ(listener.state.position_rad.at(), ms(5));
+}
+
+TEST(NuriDriver, BeyondTheEndOfPositionFeedbackTheMagnitudeComesFromSpeedFeedback) // N17
+{
+    Listener listener;
+    listener.position(cw, 65533, 100, ms(0));
+    EXPECT_FALSE(listener.state.position_rad) << "655.33 deg is an end, not a position";
+    listener.speed(ccw, 100, 30862, ms(5));
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), -3086.2, 1e-9);
+    EXPECT_NEAR(units::rpm(*listener.state.velocity_rad_s), 10.0, 1e-9);
+}
+
+TEST(NuriDriver, AsksForSpeedAsWellWhereThePositionIsBeyondTheEnd)
+{
+    Listener listener;
+    listener.absorb<RequestPositionModeFeedback>({}, ms(0));
+    EXPECT_EQ(listener.driver.plan_read(actuator::Depth::motion)->all().size(), 1U);
+    listener.position(cw, 65533, 100, ms(0));
+    EXPECT_EQ(listener.driver.plan_read(actuator::Depth::motion)->all().size(), 2U);
+    listener.position(cw, 65000, 100, ms(9));
+    EXPECT_EQ(listener.driver.plan_read(actuator::Depth::motion)->all().size(), 1U);
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), -650.0, 1e-9);
+}
+
+TEST(NuriDriver, TellsNoPositionWhereTheShaftMayHaveComeThroughZeroBetweenTheTwo)
+{
+    Listener late;
+    late.position(cw, 65533, 100, ms(0));
+    late.speed(ccw, 100, 8000, ms(501));
+    EXPECT_FALSE(late.state.position_rad) << "half a second apart";
+    Listener fast;
+    fast.position(cw, 65533, 30'000, ms(0)); // 3000 rpm: 18 deg a millisecond
+    fast.speed(ccw, 30'000, 7000, ms(30));
+    EXPECT_FALSE(fast.state.position_rad) << "it may have turned 1080 deg since, and 700 are told";
+    fast.speed(ccw, 30'000, 20'000, ms(30));
+    EXPECT_NEAR(units::deg(*fast.state.position_rad), -2000.0, 1e-9);
+}
+
+TEST(NuriDriver, PutsAPositionThatStartsAgainTogetherFromBothKindsOfFeedback) // N17: the other reading
+{
+    Listener listener(PositionFeedbackLimit::wrap);
+    listener.position(cw, 1234, 10, ms(0));
+    EXPECT_FALSE(listener.state.position_rad) << "12.34 deg, or that beyond one or more ends";
+    listener.speed(cw, 10, 6677, ms(2)); // 667.7 deg
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), -667.68, 1e-9);
+    listener.position(ccw, 1234, 10, ms(4));
+    listener.speed(cw, 10, 123, ms(6));
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), 12.34, 1e-9);
+}
+
+// ---- resets ----
+
+TEST(NuriDriver, NoticesThatADeviceIsOnAlthoughItSaidItWasOff)
+{
+    Listener listener;
+    ASSERT_TRUE(listener.driver.plan({.mode = Mode::release}, {}).has_value());
+    listener.absorb<RequestControlOnOffFeedback>({.control = Control::on}, ms(0));
+    EXPECT_EQ(listener.driver.noticed_reset(), "") << "the release may not have come through";
+    EXPECT_EQ(listener.state.enabled, true);
+    listener.absorb<RequestControlOnOffFeedback>({.control = Control::off}, ms(1));
+    EXPECT_EQ(listener.state.enabled, false);
+    listener.absorb<RequestControlOnOffFeedback>({.control = Control::on}, ms(2));
+    EXPECT_NE(listener.driver.noticed_reset(), "");
+    EXPECT_TRUE(listener.driver.plan_settings()->empty());
+    EXPECT_EQ(listener.driver.noticed_reset(), "");
+}
+
+TEST(NuriDriver, NoticesThatSettingsAreNotWhatTheyWere)
+{
+    Listener listener;
+    listener.absorb<RequestGearRatioFeedback>({.gear_ratio = 50}, ms(0));
+    listener.absorb<RequestPositionControllerFeedback>({.position_kp = 9, .position_rated_current = 5}, ms(0));
+    listener.absorb<RequestGearRatioFeedback>({.gear_ratio = 50}, ms(1));
+    EXPECT_EQ(listener.driver.noticed_reset(), "");
+    listener.absorb<RequestGearRatioFeedback>({.gear_ratio = 10}, ms(2));
+    EXPECT_NE(listener.driver.noticed_reset(), "");
+}
+
+TEST(NuriDriver, AsksTheHeapForNothingInSteadyUse)
+{
+    Listener listener;
+    listener.absorb<RequestPositionModeFeedback>({}, ms(0));
+    const auto asked = *wire::make_request(0, RequestPositionFeedback{});
+    const auto reply = *wire::encode_reply<RequestPositionFeedback>(0, {.position = 100});
+    const auto before = support::allocations();
+    for (int i = 0; i < 1000; ++i) {
+        const actuator::Command go{.mode = Mode::position, .position_rad = i * 0.001};
+        if (!listener.driver.plan_cycle(go, listener.state) || !listener.driver.plan_read(actuator::Depth::full) ||
+            !listener.driver.absorb(asked, reply, ms(i), listener.state))
+            FAIL() << i;
+    }
+    EXPECT_EQ(support::allocations(), before);
 }
 
 } // namespace

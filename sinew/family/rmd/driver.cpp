@@ -2,8 +2,10 @@
 
 #include "sinew/actuator/check.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/family/rmd/lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -16,26 +18,73 @@ constexpr double speed_lsb_dps = 0.01; // A2 (L813)
 /// lk-2.36 sends a current limit with the speed: full scale leaves it to the motor. Other lines have no such field.
 constexpr std::int64_t no_current_limit = 2048;
 constexpr std::int64_t fastest_limit = 65535;
-constexpr std::int64_t motor_is_on = 0x00; // of motor_state, LK lines
-constexpr std::int64_t low_voltage_bit = 1;
-constexpr std::int64_t over_temperature_bit = 8;
+constexpr std::int64_t full_power = 850; // L745
+constexpr std::int64_t engage_brake = 0; // of brake-control, LK lines
+constexpr std::int64_t free_brake = 1;
+/// Rounding down must not take one unit more because of the noise of a conversion.
+constexpr double noise = 1e-6;
 
-std::int64_t to_raw(double rad, double lsb_deg)
+/// The message and the field of a torque command, and the most that it can carry.
+struct TorqueField {
+    std::string_view field;
+    double a_per_lsb = 0.0;
+    std::int64_t most = 0;
+};
+
+TorqueField torque_field(const Spec& spec)
 {
-    return std::llround(units::deg(rad) / lsb_deg);
+    if (spec.profile.dialect == Dialect::gyems)
+        return {"iq_control", 0.016, 2000};
+    if (spec.profile.iq_in_centiamperes)
+        return {"iq", *spec.iq_a(), std::numeric_limits<std::int16_t>::max()};
+    return {"iq", spec.iq_a().value_or(0.0), 2048};
 }
 
 } // namespace
 
-Driver::Driver(const Spec& spec) : spec_(spec)
+Driver::Driver(const Spec& spec) : spec_(spec), track_(spec.profile.sent_encoder_bits())
 {
-    const double end = units::rad(static_cast<double>(std::numeric_limits<std::int32_t>::max()) * angle_lsb_deg);
-    can_.position_low_rad = -end;
-    can_.position_high_rad = end;
-    can_.position_step_rad = units::rad(angle_lsb_deg);
-    can_.velocity = can_.velocity_limit = true;
-    can_.measures_velocity = can_.measures_voltage = can_.measures_temperature = true;
-    can_.measures_current = spec_.iq_a().has_value();
+    can_.position_high_rad = output_rad(static_cast<double>(std::numeric_limits<std::int32_t>::max()) * angle_lsb_deg);
+    can_.position_low_rad = -*can_.position_high_rad;
+    can_.position_step_rad = output_rad(angle_lsb_deg);
+    can_.velocity = can_.velocity_limit = can_.timed = actuator::able;
+    can_.timing = actuator::Timing::by_speed;
+    can_.timed_velocity.why_not = "the motor changes its speed as fast as its acceleration setting lets it";
+    can_.measures_velocity = can_.measures_voltage = can_.measures_temperature = can_.measures_faults = true;
+    can_.measures_enabled = spec_.profile.dialect == Dialect::lk || spec_.profile.dialect == Dialect::lk_2_36;
+    can_.measures_current = can_.current_has_sign = spec_.iq_a().has_value();
+    find_abilities();
+}
+
+void Driver::find_abilities()
+{
+    const bool has_brake = has("brake-control") || has("brake-lock");
+    can_.brake = has_brake ? actuator::able : actuator::Ability{"this firmware line has no brake; hold or release"};
+    const bool limits_current = has("speed-closed-loop-torque") || spec_.profile.dialect == Dialect::lk_2_36;
+    if (spec_.model->iq == Iq::power) {
+        can_.current.why_not = can_.current_limit.why_not = can_.torque.why_not =
+            "motors of class MS take a share of the power (mode duty), not a current";
+        can_.duty =
+            has("torque-open-loop") ? actuator::able : actuator::Ability{"this firmware line has no torque-open-loop"};
+        return;
+    }
+    can_.duty.why_not = "only motors of class MS take a share of the power; use mode current";
+    if (!spec_.iq_a()) {
+        can_.current.why_not = can_.current_limit.why_not = can_.torque.why_not =
+            "amperes need a class of motor; name it (model = \"MG\", \"MF\" …) or torque_current_full_scale_a";
+        return;
+    }
+    can_.current = actuator::able;
+    const TorqueField field = torque_field(spec_);
+    can_.current_max_a = static_cast<double>(field.most) * field.a_per_lsb;
+    can_.current_limit = limits_current
+                             ? actuator::able
+                             : actuator::Ability{"this firmware line has no speed command with a limit of the current"};
+    can_.torque_constant_nm_per_a = spec_.profile.torque_constant_nm_per_a;
+    can_.torque = can_.torque_constant_nm_per_a
+                      ? actuator::able
+                      : actuator::Ability{"the torque constant is not known; give torque_constant_nm_per_a of the "
+                                          "motor's data sheet, or use mode current"};
 }
 
 std::expected<void, Error> Driver::add(wire::Requests& out, std::string_view message,
@@ -49,132 +98,185 @@ std::expected<void, Error> Driver::add(wire::Requests& out, std::string_view mes
     return {};
 }
 
-std::expected<void, Error> Driver::run(wire::Requests& out)
+// ---- the shaft that is counted, and the output ----
+
+std::int64_t Driver::to_raw(double rad, double lsb_deg) const
 {
-    if (!off_)
-        return {};
-    // Lines without this message start by any motion command.
-    return spec_.profile.line.find("motor-running") != nullptr ? add(out, "motor-running")
-                                                               : std::expected<void, Error>{};
+    return std::llround(units::deg(rad) * spec_.profile.gear_ratio / lsb_deg);
 }
 
-std::expected<void, Error> Driver::go_to(wire::Requests& out, double position_rad, std::optional<double> limit_rad_s)
+double Driver::output_rad(double deg) const
 {
-    if (auto on = run(out); !on)
-        return on;
-    const std::int64_t angle = to_raw(position_rad, angle_lsb_deg);
-    if (!limit_rad_s) {
-        if (spec_.profile.line.find("multi-loop-angle") == nullptr)
-            return fail(Errc::unsupported, "this firmware line moves to an angle at a named speed only; name one");
+    return units::rad(deg) / spec_.profile.gear_ratio;
+}
+
+// ---- commands ----
+
+std::expected<void, Error> Driver::add_run(wire::Requests& out) const
+{
+    // Lines without this message start by any motion command.
+    if (off_ && has("motor-running"))
+        if (auto on = add(out, "motor-running"); !on)
+            return on;
+    if (!braked_)
+        return {};
+    return has("brake-control") ? add(out, "brake-control", {{"brake", free_brake}}) : add(out, "brake-release");
+}
+
+/// The limit of a move in the units of the firmware line.
+std::expected<std::int64_t, Error> Driver::speed_limit_raw(const actuator::Command& command,
+                                                           const actuator::State& state) const
+{
+    const double lsb = spec_.profile.sent_max_speed_lsb_dps();
+    if (command.duration && !state.position_rad)
+        return actuator::refuse(Errc::unsupported, spec_.id,
+                                "a move with a duration begins at the measured position; read its state first");
+    double raw = 0.0;
+    if (command.duration) {
+        const double way = std::abs(*command.position_rad - *state.position_rad);
+        raw = std::max(1.0, std::round(units::deg(way) * spec_.profile.gear_ratio / seconds(*command.duration) / lsb));
+    } else {
+        // A limit is never exceeded.
+        raw = std::floor(units::deg(*command.velocity_rad_s) * spec_.profile.gear_ratio / lsb + noise);
+    }
+    if (raw < 1.0 || raw > static_cast<double>(fastest_limit))
+        return actuator::refuse(Errc::out_of_range, spec_.id,
+                                fmt::format("the speed of a move goes from {:g} to {:g} deg/s on this firmware line",
+                                            lsb / spec_.profile.gear_ratio,
+                                            lsb * static_cast<double>(fastest_limit) / spec_.profile.gear_ratio));
+    return static_cast<std::int64_t>(raw);
+}
+
+std::expected<void, Error> Driver::go_to(wire::Requests& out, const actuator::Command& command,
+                                         const actuator::State& state) const
+{
+    const std::int64_t angle = to_raw(*command.position_rad, angle_lsb_deg);
+    if (!command.velocity_rad_s && !command.duration) {
+        if (!has("multi-loop-angle"))
+            return actuator::refuse(Errc::unsupported, spec_.id,
+                                    "this firmware line moves to an angle at a named speed only; name one");
+        if (auto on = add_run(out); !on)
+            return on;
         return add(out, "multi-loop-angle", {{"angle", angle}});
     }
-    const double lsb = spec_.profile.sent_max_speed_lsb_dps();
-    // Rounded down, but for the noise of the conversion: a limit is never exceeded.
-    const auto max_speed = static_cast<std::int64_t>(std::floor(units::deg(*limit_rad_s) / lsb + 1e-6));
-    if (max_speed < 1 || max_speed > fastest_limit)
-        return fail(Errc::out_of_range, fmt::format("a speed limit goes from {:g} to {:g} deg/s on this firmware line",
-                                                    lsb, lsb * static_cast<double>(fastest_limit)));
-    return add(out, "multi-loop-angle-speed", {{"max_speed", max_speed}, {"angle", angle}});
-}
-
-std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad_s)
-{
-    if (auto on = run(out); !on)
+    const auto max_speed = speed_limit_raw(command, state);
+    if (!max_speed)
+        return std::unexpected(max_speed.error());
+    if (auto on = add_run(out); !on)
         return on;
-    return add(out, "speed-closed-loop", {{"speed", to_raw(velocity_rad_s, speed_lsb_dps)}, {"iq", no_current_limit}});
+    return add(out, "multi-loop-angle-speed", {{"max_speed", *max_speed}, {"angle", angle}});
 }
 
-std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State&)
+std::expected<std::int64_t, Error> Driver::current_raw(double current_a, double a_per_lsb, std::int64_t most) const
+{
+    const double raw = std::trunc(current_a / a_per_lsb + std::copysign(noise, current_a));
+    if (std::abs(raw) > static_cast<double>(most))
+        return actuator::refuse(Errc::out_of_range, spec_.id,
+                                fmt::format("{:g} A is more than the {:g} A that a command can carry", current_a,
+                                            static_cast<double>(most) * a_per_lsb));
+    return static_cast<std::int64_t>(raw);
+}
+
+std::expected<void, Error> Driver::turn(wire::Requests& out, double velocity_rad_s,
+                                        std::optional<double> current_a) const
+{
+    std::int64_t limit = no_current_limit;
+    if (current_a) {
+        const auto raw = current_raw(*current_a, *spec_.iq_a(), no_current_limit);
+        if (!raw)
+            return std::unexpected(raw.error());
+        limit = *raw;
+    }
+    const double counted = std::round(units::deg(velocity_rad_s) * spec_.profile.gear_ratio / speed_lsb_dps);
+    if (std::abs(counted) > static_cast<double>(std::numeric_limits<std::int32_t>::max()))
+        return actuator::refuse(
+            Errc::out_of_range, spec_.id,
+            fmt::format("{:g} deg/s is more than a speed command can carry", units::deg(velocity_rad_s)));
+    if (auto on = add_run(out); !on)
+        return on;
+    const bool with_limit = current_a && has("speed-closed-loop-torque");
+    return add(out, with_limit ? "speed-closed-loop-torque" : "speed-closed-loop",
+               {{"speed", static_cast<std::int64_t>(counted)}, {"iq", limit}});
+}
+
+std::expected<double, Error> Driver::current_of(const actuator::Command& command) const
+{
+    if (auto fine = actuator::check(command, can_, spec_.id); !fine)
+        return std::unexpected(std::move(fine.error()));
+    if (command.mode == actuator::Mode::current)
+        return *command.current_a;
+    if (command.mode == actuator::Mode::torque)
+        return *command.torque_nm / *can_.torque_constant_nm_per_a;
+    return actuator::refuse(Errc::bad_argument, spec_.id,
+                            fmt::format("mode {} asks for no current", to_word(command.mode)));
+}
+
+std::expected<void, Error> Driver::push(wire::Requests& out, double current_a) const
+{
+    const TorqueField field = torque_field(spec_);
+    const auto raw = current_raw(current_a, field.a_per_lsb, field.most);
+    if (!raw)
+        return std::unexpected(raw.error());
+    if (auto on = add_run(out); !on)
+        return on;
+    return add(out, "torque-closed-loop", {{field.field, *raw}});
+}
+
+std::expected<void, Error> Driver::brake(wire::Requests& out)
+{
+    auto added = has("brake-control") ? add(out, "brake-control", {{"brake", engage_brake}}) : add(out, "brake-lock");
+    // The drive must not work against it.
+    if (added)
+        added = add(out, "motor-off");
+    off_ = braked_ = true;
+    return added;
+}
+
+std::expected<void, Error> Driver::carry_out(wire::Requests& out, const actuator::Command& command,
+                                             const actuator::State& state)
+{
+    target_deg_.reset();
+    switch (command.mode) {
+    case actuator::Mode::hold:
+        // Speed 0 holds with torque on every line, whatever the motor was doing, and needs no position that may be old.
+        return turn(out, 0.0, {});
+    case actuator::Mode::release: {
+        auto added = add(out, "motor-off");
+        if (added && can_.measures_enabled)
+            added = add(out, "motor-off");
+        off_ = true;
+        return added;
+    }
+    case actuator::Mode::brake:
+        return brake(out);
+    case actuator::Mode::position:
+        target_deg_ = units::deg(*command.position_rad) * spec_.profile.gear_ratio;
+        return go_to(out, command, state);
+    case actuator::Mode::velocity:
+        return turn(out, *command.velocity_rad_s, command.current_a);
+    case actuator::Mode::current:
+    case actuator::Mode::torque: {
+        const auto current = current_of(command);
+        return current ? push(out, *current) : std::unexpected(current.error());
+    }
+    case actuator::Mode::duty: {
+        if (auto on = add_run(out); !on)
+            return on;
+        const auto power = static_cast<std::int64_t>(std::trunc(*command.duty * static_cast<double>(full_power)));
+        return add(out, "torque-open-loop", {{"power", power}});
+    }
+    }
+    return {};
+}
+
+std::expected<wire::Requests, Error> Driver::plan(const actuator::Command& command, const actuator::State& state)
 {
     if (auto fine = actuator::check(command, can_, spec_.id); !fine)
         return std::unexpected(std::move(fine.error()));
     wire::Requests out;
-    std::expected<void, Error> added;
-    switch (command.mode) {
-    case actuator::Mode::hold:
-        // Speed 0 holds with torque on every line, whatever the motor was doing, and needs no position that may be old.
-        added = turn(out, 0.0);
-        break;
-    case actuator::Mode::release:
-        added = add(out, "motor-off");
-        off_ = true;
-        break;
-    case actuator::Mode::position:
-        added = go_to(out, *command.position_rad, command.velocity_rad_s);
-        break;
-    case actuator::Mode::velocity:
-        added = turn(out, *command.velocity_rad_s);
-        break;
-    }
-    if (!added)
+    if (auto added = carry_out(out, command, state); !added)
         return std::unexpected(std::move(added.error()));
     return out;
-}
-
-std::expected<wire::Requests, Error> Driver::plan_read(actuator::Depth depth)
-{
-    wire::Requests out;
-    auto added = add(out, "read-multi-turn-angle");
-    if (added)
-        added = add(out, "read-status2");
-    if (added && depth == actuator::Depth::full)
-        added = add(out, "read-status1");
-    if (!added)
-        return std::unexpected(std::move(added.error()));
-    return out;
-}
-
-double Driver::physical(const wire::MessageInfo& message, const wire::Value& value) const
-{
-    const auto model = std::span(spec_.overrides).first(spec_.override_count);
-    return wire::reading(message, *value.field, spec_.profile.line.overrides, model).physical(value.raw);
-}
-
-void Driver::absorb_faults(std::int64_t raw, actuator::State& state) const
-{
-    state.raw_faults = static_cast<std::uint32_t>(raw);
-    state.faults = actuator::Faults{};
-    const bool known = spec_.profile.error_bits == ErrorBits::two;
-    if (known && (raw & low_voltage_bit) != 0)
-        state.faults->set(actuator::Fault::low_voltage);
-    if (known && (raw & over_temperature_bit) != 0)
-        state.faults->set(actuator::Fault::over_temperature);
-    if (known ? (raw & ~(low_voltage_bit | over_temperature_bit)) != 0 : raw != 0)
-        state.faults->set(actuator::Fault::unexplained);
-}
-
-std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at,
-                                          actuator::State& state)
-{
-    const auto answer = wire::decode(*asked.message, wire::Direction::reply, reply, asked.options);
-    if (!answer)
-        return std::unexpected(answer.error());
-    state.at = at;
-    if (asked.message->name() == "motor-running")
-        off_ = false;
-    const bool is_angle = asked.message->name() == "read-multi-turn-angle";
-    // Only what the motor measured: acknowledgements repeat what was asked.
-    const bool measured = answer->values.find("temperature").has_value();
-    for (const auto& value : answer->values) {
-        const std::string_view name = value.field->name;
-        if (is_angle && name == "angle")
-            state.position_rad = units::rad(physical(*asked.message, value));
-        if (name == "motor_state")
-            off_ = value.raw != motor_is_on;
-        if (!measured)
-            continue;
-        if (name == "speed")
-            state.velocity_rad_s = units::rad(physical(*asked.message, value));
-        else if (name == "temperature")
-            state.temperature_c = physical(*asked.message, value);
-        else if (name == "voltage")
-            state.voltage_v = physical(*asked.message, value);
-        else if (name == "iq" && can_.measures_current)
-            state.current_a = physical(*asked.message, value);
-        else if (name == "error_state")
-            absorb_faults(value.raw, state);
-    }
-    return {};
 }
 
 } // namespace sinew::rmd

@@ -1,10 +1,14 @@
 #include "sinew/family/rmd/driver.hpp"
 
 #include "sinew/base/units.hpp"
-#include "sinew/family/rmd/messages.hpp"
+#include "sinew/family/rmd/lines.hpp"
+#include "sinew/wire/values.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace sinew::rmd {
 namespace {
@@ -150,6 +154,425 @@ TEST(RmdDriver, RunsAMotorThatSaysItIsOffBeforeItMovesIt) // field notes 1: moto
     EXPECT_EQ(plan->all()[0].frame.data[0], 0x88);
     ASSERT_TRUE(driver.absorb(plan->all()[0], plan->all()[0].frame, TimePoint{}, state).has_value());
     EXPECT_EQ(driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {})->all().size(), 1U);
+}
+
+Spec on_line(std::string_view name, std::string_view model = "MG")
+{
+    for (const auto& profile : profiles())
+        if (profile.line.name == name)
+            return make_spec(*find_model(model), profile, 1);
+    ADD_FAILURE() << name;
+    return spec();
+}
+
+TimePoint ms(int count)
+{
+    return TimePoint{} + std::chrono::milliseconds(count);
+}
+
+std::int64_t sent(const std::expected<wire::Requests, Error>& plan, std::string_view field)
+{
+    EXPECT_TRUE(plan.has_value()) << (plan ? "" : to_sentence(plan.error()));
+    if (!plan)
+        return -1;
+    const auto& asked = plan->all().back();
+    const auto values = wire::decode(*asked.message, wire::Direction::request, asked.frame, asked.options);
+    return values->values.find(field).value_or(-1);
+}
+
+// ---- current and torque ----
+
+TEST(RmdDriver, FullScaleCurrentIsThePrintedNumber) // L777: MF 16.5 A, L98: MG 33 A; L791: 2048
+{
+    for (const auto& [model, full] : {std::pair{"MF", 16.5}, {"MG", 33.0}, {"RMD-L", 16.5}}) {
+        Driver driver(spec(model));
+        EXPECT_NEAR(driver.capabilities().current_max_a.value(), full, 1e-12);
+        EXPECT_EQ(sent(driver.plan({.mode = Mode::current, .current_a = full}, {}), "iq"), 2048) << model;
+        EXPECT_EQ(sent(driver.plan({.mode = Mode::current, .current_a = -full / 2}, {}), "iq"), -1024) << model;
+        EXPECT_EQ(driver.plan({.mode = Mode::current, .current_a = full * 1.001}, {}).error().code, Errc::out_of_range);
+    }
+}
+
+TEST(RmdDriver, SendsTheCurrentsOfOtherLinesInTheirOwnUnits) // field notes 1
+{
+    Driver gyems(on_line("gyems-1.62"));
+    EXPECT_EQ(sent(gyems.plan({.mode = Mode::current, .current_a = 32.0}, {}), "iq_control"), 2000);
+    EXPECT_EQ(gyems.plan({.mode = Mode::current, .current_a = 32.1}, {}).error().code, Errc::out_of_range);
+    Driver myactuator(on_line("myactuator-3", "RMD"));
+    EXPECT_EQ(sent(myactuator.plan({.mode = Mode::current, .current_a = -1.23}, {}), "iq"), -123);
+}
+
+TEST(RmdDriver, NeverSendsMoreCurrentThanAsked)
+{
+    Driver driver(spec("MF"));
+    const double lsb = 16.5 / 2048.0;
+    EXPECT_EQ(sent(driver.plan({.mode = Mode::current, .current_a = 10.9 * lsb}, {}), "iq"), 10);
+    EXPECT_EQ(sent(driver.plan({.mode = Mode::current, .current_a = -10.9 * lsb}, {}), "iq"), -10);
+    EXPECT_EQ(sent(driver.plan({.mode = Mode::current, .current_a = 11.0 * lsb}, {}), "iq"), 11);
+}
+
+TEST(RmdDriver, TakesATorqueOnlyWhereTheConstantIsKnown)
+{
+    Driver without(spec("MG"));
+    const auto refused = without.plan({.mode = Mode::torque, .torque_nm = 1.0}, {});
+    EXPECT_EQ(refused.error().code, Errc::unsupported);
+    EXPECT_NE(to_sentence(refused.error()).find("torque_constant_nm_per_a"), std::string::npos);
+    Profile known = profiles().front();
+    known.torque_constant_nm_per_a = 0.5;
+    Driver with(make_spec(*find_model("MG"), known, 1));
+    EXPECT_EQ(sent(with.plan({.mode = Mode::torque, .torque_nm = -8.25}, {}), "iq"), -1024); // 16.5 A
+    EXPECT_EQ(with.plan({.mode = Mode::torque, .torque_nm = 17.0}, {}).error().code, Errc::out_of_range);
+}
+
+TEST(RmdDriver, SaysWhatIsMissingWhereItTakesNoCurrent)
+{
+    const auto why = [](std::string_view model) {
+        return to_sentence(Driver(spec(model)).plan({.mode = Mode::current, .current_a = 1.0}, {}).error());
+    };
+    EXPECT_NE(why("RMD").find("name it"), std::string::npos);
+    EXPECT_NE(why("MS").find("mode duty"), std::string::npos);
+    EXPECT_EQ(sent(Driver(spec("MS")).plan({.mode = Mode::duty, .duty = -1.0}, {}), "power"), -850); // L745
+    EXPECT_EQ(Driver(spec("MG")).plan({.mode = Mode::duty, .duty = 0.1}, {}).error().code, Errc::unsupported);
+}
+
+TEST(RmdDriver, LimitsTheCurrentOfASpeedOnTheLinesThatCan)
+{
+    const actuator::Command turn{.mode = Mode::velocity, .velocity_rad_s = 1.0, .current_a = 16.5};
+    EXPECT_EQ(Driver(spec()).plan(turn, {}).error().code, Errc::unsupported);
+    for (const auto& [line, message] :
+         {std::pair{"lk-2.35", "speed-closed-loop-torque"}, {"lk-2.36", "speed-closed-loop"}}) {
+        Driver driver(on_line(line));
+        EXPECT_EQ(sent(driver.plan(turn, {}), "iq"), 1024) << line;
+        EXPECT_EQ(driver.plan(turn, {})->all()[0].message->name(), message);
+    }
+    EXPECT_EQ(sent(Driver(on_line("lk-2.36")).plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {}), "iq"), 2048)
+        << "without a limit the motor has all it may";
+}
+
+// ---- the shaft that is counted, and the output ----
+
+TEST(RmdDriver, AGearBetweenCountedShaftAndOutputScalesEverythingThatTurns)
+{
+    Profile geared = profiles().front();
+    geared.gear_ratio = 9.0;
+    geared.max_speed_confirmed = true;
+    Driver driver(make_spec(*find_model("MG"), geared, 1));
+    const actuator::Command go{
+        .mode = Mode::position, .position_rad = units::rad(80), .velocity_rad_s = units::rad(10)};
+    EXPECT_EQ(driver.plan(go, {})->all()[0].frame, frame({0xA4, 0, 0x28, 0x23, 0x40, 0x19, 0x01, 0})) << "720, 90";
+    EXPECT_EQ(sent(driver.plan({.mode = Mode::velocity, .velocity_rad_s = units::rad(-10)}, {}), "speed"), -9000);
+    actuator::State state;
+    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadMultiTurnAngle{}),
+                              *wire::encode_reply<ReadMultiTurnAngle>(1, {.angle = 72000}), ms(0), state));
+    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadStatus2{}),
+                              *wire::encode_reply<ReadStatus2>(1, {.speed = -90}), ms(0), state));
+    EXPECT_NEAR(units::deg(*state.position_rad), 80.0, 1e-9);
+    EXPECT_NEAR(units::deg(*state.velocity_rad_s), -10.0, 1e-9);
+    EXPECT_NEAR(units::deg(driver.capabilities().position_step_rad), 0.01 / 9.0, 1e-12);
+}
+
+TEST(RmdDriver, WhatItSendsIsWhatWasAskedToHalfAUnit)
+{
+    for (const auto& profile : profiles()) {
+        Driver driver(make_spec(*find_model("MG"), profile, 1));
+        std::int64_t before = std::numeric_limits<std::int64_t>::min();
+        for (double deg = -100'000.0; deg < 100'000.0; deg += 777.7777) {
+            const actuator::Command go{
+                .mode = Mode::position, .position_rad = units::rad(deg), .velocity_rad_s = units::rad(500)};
+            const auto raw = sent(driver.plan(go, {}), "angle");
+            EXPECT_NEAR(static_cast<double>(raw) * 0.01, deg, 0.0050001) << profile.line.name;
+            EXPECT_GT(raw, before) << profile.line.name;
+            before = raw;
+        }
+    }
+}
+
+TEST(RmdDriver, ADurationIsSentAsTheSpeedThatCoversTheWay)
+{
+    Driver driver(spec());
+    const actuator::Command go{
+        .mode = Mode::position, .position_rad = units::rad(100), .duration = std::chrono::seconds(2)};
+    EXPECT_EQ(driver.plan(go, {}).error().code, Errc::unsupported) << "from where?";
+    EXPECT_EQ(sent(driver.plan(go, {.position_rad = units::rad(10)}), "max_speed"), 4500); // 45 deg/s of 0.01
+    EXPECT_EQ(sent(driver.plan(go, {.position_rad = units::rad(190)}), "max_speed"), 4500);
+    EXPECT_EQ(sent(driver.plan(go, {.position_rad = units::rad(100)}), "max_speed"), 1);
+    const actuator::Command far{
+        .mode = Mode::position, .position_rad = units::rad(10'000), .duration = std::chrono::seconds(1)};
+    EXPECT_EQ(driver.plan(far, {.position_rad = 0.0}).error().code, Errc::out_of_range);
+}
+
+// ---- off, brake, faults ----
+
+TEST(RmdDriver, TellsAnLkMotorTwiceToGoOff) // field notes 2.1
+{
+    EXPECT_EQ(Driver(spec()).plan({.mode = Mode::release}, {})->all().size(), 1U);
+    const auto plan = Driver(on_line("lk-2.35")).plan({.mode = Mode::release}, {});
+    ASSERT_EQ(plan->all().size(), 2U);
+    EXPECT_EQ(plan->all()[0].frame, plan->all()[1].frame);
+}
+
+TEST(RmdDriver, EngagesABrakeWithoutDriveAndFreesItBeforeTheNextMotion)
+{
+    Driver driver(on_line("lk-2.35"));
+    const auto brake = driver.plan({.mode = Mode::brake}, {});
+    ASSERT_EQ(brake->all().size(), 2U);
+    EXPECT_EQ(brake->all()[0].frame, frame({0x8C, 0, 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(brake->all()[1].frame.data[0], 0x80);
+    const auto go = driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {});
+    ASSERT_EQ(go->all().size(), 3U);
+    EXPECT_EQ(go->all()[0].frame.data[0], 0x88);
+    EXPECT_EQ(go->all()[1].frame, frame({0x8C, 1, 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(Driver(on_line("myactuator-3")).plan({.mode = Mode::brake}, {})->all()[0].frame.data[0], 0x78);
+    EXPECT_EQ(Driver(spec()).plan({.mode = Mode::brake}, {}).error().code, Errc::unsupported);
+}
+
+TEST(RmdDriver, ExplainsTheEightErrorBitsOfTheLineThatHasThem) // field notes 1: LK V2.36
+{
+    using actuator::Fault;
+    Driver driver(on_line("lk-2.36"));
+    const auto read = driver.plan_read(actuator::Depth::full);
+    const Fault expected[] = {Fault::low_voltage,
+                              Fault::high_voltage,
+                              Fault::driver_over_temperature,
+                              Fault::over_temperature,
+                              Fault::over_current,
+                              Fault::short_circuit,
+                              Fault::stall,
+                              Fault::input_lost};
+    for (unsigned bit = 0; bit < 8; ++bit) {
+        actuator::State state;
+        auto reply = frame({0x9A, 25, 0, 0, 0, 0, 0, static_cast<std::uint8_t>(1U << bit)});
+        reply.can_id = 0x181;
+        ASSERT_TRUE(driver.absorb(read->all()[2], reply, ms(0), state)) << bit;
+        EXPECT_EQ(state.faults->bits, static_cast<std::uint16_t>(expected[bit])) << bit;
+    }
+}
+
+// ---- the position from the encoder ----
+
+/// A motor that turns and answers, as far as the driver asks.
+class Turning
+{
+public:
+    explicit Turning(Driver& driver, double encoder_turns_per_turn = 1.0, int sense = 1)
+        : driver_(driver), encoder_turns_(encoder_turns_per_turn), sense_(sense)
+    {
+    }
+
+    /// One turn of a control loop; how many requests it took.
+    std::size_t cycle()
+    {
+        const auto plan = driver_.plan_cycle({.mode = Mode::velocity, .velocity_rad_s = units::rad(speed)}, state);
+        EXPECT_TRUE(plan.has_value());
+        for (const auto& asked : plan->all()) {
+            at += std::chrono::microseconds(500);
+            deg += speed * 0.0005;
+            answer(asked);
+        }
+        at += std::chrono::milliseconds(1);
+        deg += speed * 0.001;
+        return plan->all().size();
+    }
+
+    void answer(const wire::Request& asked)
+    {
+        const double turns = sense_ * deg * encoder_turns_ / 360.0;
+        const auto count = static_cast<std::int64_t>(std::llround((turns - std::floor(turns)) * 16384.0));
+        const MotorState motor{.speed = static_cast<std::int16_t>(speed),
+                               .encoder = static_cast<std::uint16_t>(count % 16384)};
+        const auto angle = MultiTurnAngle{std::llround(deg * 100.0)};
+        const auto reply =
+            asked.message == &wire::info_of<SpeedClosedLoop> ? wire::encode_reply<SpeedClosedLoop>(1, motor)
+            : asked.message == &wire::info_of<ReadStatus2>   ? wire::encode_reply<ReadStatus2>(1, motor)
+                                                             : wire::encode_reply<ReadMultiTurnAngle>(1, angle);
+        truth = deg;
+        EXPECT_TRUE(driver_.absorb(asked, *reply, at, state).has_value());
+    }
+
+    double deg = 700.0;
+    double speed = 90.0;
+    double truth = 0.0; ///< when it last answered
+    TimePoint at{};
+    actuator::State state;
+
+private:
+    Driver& driver_;
+    double encoder_turns_;
+    int sense_;
+};
+
+TEST(RmdDriver, ACycleIsOneExchangeOnceTheEncoderHasProvenItself)
+{
+    for (const int sense : {1, -1}) {
+        Driver driver(spec());
+        Turning motor(driver, 1.0, sense);
+        for (int i = 0; i < 20; ++i)
+            EXPECT_EQ(motor.cycle(), 2U) << "five degrees at 90 deg/s take 55 ms";
+        for (int i = 0; i < 20; ++i)
+            motor.cycle();
+        int asked_for_angle = 0;
+        for (int i = 0; i < 2000; ++i) {
+            if (i == 700)
+                motor.speed = -200.0;
+            asked_for_angle += motor.cycle() == 2U ? 1 : 0;
+            ASSERT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.2) << i;
+        }
+        EXPECT_NEAR(asked_for_angle, 2000 / 256, 2) << "checked now and then";
+    }
+}
+
+TEST(RmdDriver, NeverTellsAPositionFromAnEncoderThatCountsOtherwise)
+{
+    for (const double ratio : {4.0, 0.25, 1.0 / 9.0, 1.05}) {
+        Driver driver(spec());
+        Turning motor(driver, ratio);
+        for (int i = 0; i < 500; ++i) {
+            ASSERT_EQ(motor.cycle(), 2U) << ratio << ' ' << i;
+            ASSERT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.006) << "always that which was read";
+        }
+    }
+}
+
+TEST(RmdDriver, AsksForTheAngleAgainAfterAGapInWhichTurnsCannotBeCounted)
+{
+    Driver driver(spec());
+    Turning motor(driver);
+    for (int i = 0; i < 60; ++i)
+        motor.cycle();
+    ASSERT_EQ(motor.cycle(), 1U);
+    motor.at += std::chrono::milliseconds(60);
+    motor.deg += 300.0;
+    const auto before = motor.state.position_rad;
+    EXPECT_EQ(motor.cycle(), 1U);
+    EXPECT_EQ(motor.state.position_rad, before) << "an old position rather than a wrong one";
+    EXPECT_EQ(motor.cycle(), 2U);
+    EXPECT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.006);
+    EXPECT_EQ(motor.cycle(), 1U);
+    EXPECT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.2);
+}
+
+// ---- run-time settings and resets ----
+
+Spec tuned(std::string_view line = "rmd-2.35")
+{
+    Spec s = on_line(line);
+    s.runtime.acceleration_rad_s2 = units::rad(500);
+    s.runtime.angle = {100, 50, 7};
+    if (line == "gyems-1.62") {
+        s.runtime.angle = {100, 50, {}};
+        s.runtime.speed = {30, 20, {}};
+        s.runtime.current = {10, 11, {}};
+    }
+    return s;
+}
+
+TEST(RmdDriver, SetsAccelerationAndGainsInRamOnly)
+{
+    Driver driver(tuned());
+    const auto settings = driver.plan_settings();
+    ASSERT_EQ(settings->all().size(), 2U);
+    EXPECT_EQ(settings->all()[0].frame, *wire::encode_request(1, WriteAccelerationRam{.acceleration = 500}));
+    EXPECT_EQ(settings->all()[1].frame, frame({0x42, 0x96, 100, 0, 50, 0, 7, 0}));
+    Driver gyems(tuned("gyems-1.62"));
+    EXPECT_EQ(gyems.plan_settings()->all()[1].frame, frame({0x31, 0, 100, 50, 30, 20, 10, 11}));
+    EXPECT_TRUE(Driver(spec()).plan_settings()->empty());
+}
+
+TEST(RmdDriver, NoticesThatItsAccelerationOrGainsAreGone)
+{
+    for (const std::string_view lost : {"acceleration", "gains"}) {
+        Driver driver(tuned());
+        ASSERT_TRUE(driver.plan_settings().has_value());
+        actuator::State state;
+        const auto say = [&](std::int32_t acceleration, std::uint8_t kp) {
+            const auto check = *driver.plan_reset_check();
+            for (const auto& asked : check.all()) {
+                const bool is_gains = asked.message == &wire::info_of<ReadParameter>;
+                if (!is_gains && asked.message != &wire::info_of<ReadAcceleration>)
+                    continue;
+                const auto reply = is_gains ? frame({0x40, 0x96, kp, 0, 50, 0, 7, 0})
+                                            : *wire::encode_reply<ReadAcceleration>(1, {.acceleration = acceleration});
+                ASSERT_TRUE(driver.absorb(asked, reply, ms(0), state));
+            }
+        };
+        say(500, 100);
+        EXPECT_EQ(driver.noticed_reset(), "");
+        say(lost == "acceleration" ? 0 : 500, lost == "gains" ? 99 : 100);
+        EXPECT_NE(driver.noticed_reset(), "") << lost;
+        ASSERT_TRUE(driver.plan_settings().has_value());
+        EXPECT_EQ(driver.noticed_reset(), "");
+    }
+}
+
+void say_angle(Driver& driver, double deg, int speed, TimePoint at)
+{
+    actuator::State state;
+    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadStatus2{}),
+                              *wire::encode_reply<ReadStatus2>(1, {.speed = static_cast<std::int16_t>(speed)}), at,
+                              state));
+    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadMultiTurnAngle{}),
+                              *wire::encode_reply<ReadMultiTurnAngle>(1, {.angle = std::llround(deg * 100.0)}), at,
+                              state));
+}
+
+TEST(RmdDriver, NoticesThatAMotorAtRestHasLostWholeTurns) // R38
+{
+    Driver driver(spec());
+    say_angle(driver, 745.0, 0, ms(0));
+    say_angle(driver, 25.3, 0, ms(900));
+    EXPECT_NE(driver.noticed_reset(), "");
+}
+
+TEST(RmdDriver, DoesNotTakeAMoveForAReset)
+{
+    Driver sent_back(spec());
+    say_angle(sent_back, 720.0, 0, ms(0));
+    ASSERT_TRUE(sent_back.plan({.mode = Mode::position, .position_rad = 0.0}, {}).has_value());
+    say_angle(sent_back, 0.0, 0, ms(9000));
+    EXPECT_EQ(sent_back.noticed_reset(), "");
+    Driver turning(spec());
+    say_angle(turning, 745.0, 90, ms(0));
+    say_angle(turning, 25.0, 90, ms(8000));
+    EXPECT_EQ(turning.noticed_reset(), "");
+    Driver elsewhere(spec());
+    say_angle(elsewhere, 745.0, 0, ms(0));
+    say_angle(elsewhere, 50.0, 0, ms(900));
+    EXPECT_EQ(elsewhere.noticed_reset(), "");
+    say_angle(elsewhere, 770.0, 0, ms(1800));
+    EXPECT_EQ(elsewhere.noticed_reset(), "") << "turns are lost, never found";
+}
+
+TEST(RmdDriver, NoticesThatAnLkMotorIsOnAlthoughItSaidItWasOff) // field notes 1: on after power-up
+{
+    Driver driver(on_line("lk-2.35"));
+    const auto status = driver.plan_read(actuator::Depth::full)->all()[2];
+    actuator::State state;
+    const auto say = [&](std::uint8_t motor_state) {
+        ASSERT_TRUE(driver.absorb(status, frame({0x9A, 25, 0, 0, 0, 0, motor_state, 0}), ms(0), state));
+    };
+    ASSERT_TRUE(driver.plan({.mode = Mode::release}, {}).has_value());
+    say(0x00);
+    EXPECT_EQ(driver.noticed_reset(), "") << "it may take the release one frame late";
+    say(0x10);
+    EXPECT_EQ(state.enabled, false);
+    say(0x00);
+    EXPECT_NE(driver.noticed_reset(), "");
+    EXPECT_EQ(state.enabled, true);
+}
+
+TEST(RmdDriver, AsksTheHeapForNothingInSteadyUse)
+{
+    Driver driver(spec());
+    actuator::State state;
+    const auto reply = *wire::encode_reply<TorqueClosedLoop>(1, {.encoder = 5});
+    const auto before = support::allocations();
+    for (int i = 0; i < 1000; ++i) {
+        const auto cycle = driver.plan_cycle({.mode = Mode::current, .current_a = i * 0.01}, state);
+        const auto read = driver.plan_read(actuator::Depth::full);
+        if (!cycle || !read || !driver.absorb(cycle->all()[0], reply, ms(i), state))
+            FAIL() << i;
+    }
+    EXPECT_EQ(support::allocations(), before);
 }
 
 } // namespace

@@ -66,6 +66,8 @@ struct Profile {
     std::optional<double> torque_current_full_scale_a{}; ///< R11: instead of that of the model, such as 32 for MG
     int encoder_bits = 14;                               ///< 12 … 18; no more than 16 of them are sent
     bool off_requires_run = false;                       ///< R30: after motor-off nothing moves until motor-running
+    double gear_ratio = 1.0; ///< turns of the shaft that angles and speeds count, for one of the output (field notes 2)
+    std::optional<double> torque_constant_nm_per_a{}; ///< at the output, of the torque current; no document has one
 
     /// The scale that a host sends max_speed with. Unless confirmed it is the one that can only be too slow: a motor
     /// that reads 0.01 turns at a hundredth, and none turns faster than asked.
@@ -113,11 +115,26 @@ struct DeviceOptions {
     double start_rad = 0.0;                   ///< where the shaft stands at power-on
 };
 
+/// The gains of one loop as the motor has them; their unit is in no document (R17).
+struct LoopGains {
+    std::optional<std::uint16_t> kp, ki, kd;
+
+    bool given() const { return kp || ki || kd; }
+};
+
+/// What a host sets anew after every power-on; not given: as the motor has it. Each field is a key of
+/// `[joint.NAME.runtime]`. The gains of a loop travel together.
+struct Runtime {
+    std::optional<double> acceleration_rad_s2; ///< at the output
+    LoopGains angle, speed, current;
+};
+
 struct Spec {
     const Model* model = nullptr;
     Profile profile;
     int id = 1;
     DeviceOptions device;
+    Runtime runtime{};
     /// What model and options change in the reading of rows, for the codec by name. `make_spec` fills it.
     std::array<wire::Override, 20> overrides{};
     std::size_t override_count = 0;

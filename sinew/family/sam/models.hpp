@@ -164,11 +164,18 @@ struct DeviceOptions {
 
 // ---- one device ----
 
+/// What a host sets anew after every power-on; not given: as the device has it. Each field is a key of
+/// `[joint.NAME.runtime]`. The P and D gains travel together.
+struct Runtime {
+    std::optional<std::uint8_t> p_gain, d_gain, i_gain;
+};
+
 struct Spec {
     const Model* model = nullptr;
     Profile profile;
     int id = 0;
     DeviceOptions device;
+    Runtime runtime{};
 };
 
 } // namespace sinew::sam
