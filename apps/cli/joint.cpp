@@ -36,14 +36,18 @@ std::string faults_of(const actuator::State& state)
     if (!state.faults)
         return {};
     std::string out;
-    const auto add = [&](actuator::Fault fault, std::string_view word) {
-        if (state.faults->has(fault))
-            out += fmt::format("{}{}", out.empty() ? "" : ", ", word);
-    };
-    add(actuator::Fault::over_temperature, "hot");
-    add(actuator::Fault::low_voltage, "low voltage");
-    if (state.faults->has(actuator::Fault::unexplained))
-        add(actuator::Fault::unexplained, fmt::format("unexplained 0x{:X}", state.raw_faults));
+    for (unsigned bit = 1; bit <= static_cast<unsigned>(actuator::Fault::unexplained); bit <<= 1U) {
+        const auto fault = static_cast<actuator::Fault>(bit);
+        if (!state.faults->has(fault))
+            continue;
+        out += out.empty() ? "" : ", ";
+        if (fault == actuator::Fault::over_temperature)
+            out += "hot"; // a narrow column
+        else if (fault == actuator::Fault::unexplained)
+            out += fmt::format("unexplained 0x{:X}", state.raw_faults);
+        else
+            out += to_word(fault);
+    }
     return out.empty() ? "none" : out;
 }
 
@@ -118,9 +122,9 @@ Json state_json(const Driven& driven, Duration since_start)
                          {"name", driven.device.name},
                          {"position_rad", joint_position(driven)},
                          {"velocity_rad_s", joint_velocity(driven)},
-                         {"current_a", s.current_a},
-                         {"voltage_v", s.voltage_v},
-                         {"temperature_c", s.temperature_c},
+                         {"current_a", s.current_a.optional()},
+                         {"voltage_v", s.voltage_v.optional()},
+                         {"temperature_c", s.temperature_c.optional()},
                          {"faults", s.faults ? Json(faults_of(s)) : Json()}});
 }
 

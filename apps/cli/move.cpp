@@ -19,6 +19,7 @@ struct Goal {
     double position_rad = 0.0; ///< of the joint
     double tolerance_rad = 0.0;
     std::optional<double> speed_rad_s;
+    std::optional<Duration> duration;
     Duration limit{};
 };
 
@@ -34,10 +35,16 @@ std::expected<Goal, Error> goal_from(const Words& words)
             return std::unexpected(speed.error());
         goal.speed_rad_s = *speed;
     }
+    const auto duration = words.duration("--in");
+    if (!duration)
+        return std::unexpected(duration.error());
+    goal.duration = *duration;
+    if (goal.duration && goal.speed_rad_s)
+        return fail(Errc::bad_argument, "a move has a speed or a duration: give --speed or --in, not both");
     const auto limit = words.duration("--within");
     if (!limit)
         return std::unexpected(limit.error());
-    goal.limit = limit->value_or(default_limit);
+    goal.limit = limit->value_or(default_limit + goal.duration.value_or(Duration{}));
     return goal;
 }
 
@@ -88,9 +95,15 @@ std::expected<void, Error> start(Driven& driven, const Goal& goal)
     const auto* joint = driven.device.joint;
     actuator::Command command{.mode = actuator::Mode::position,
                               .position_rad = to_actuator_position(joint, goal.position_rad)};
+    command.duration = goal.duration;
+    if (goal.duration) {
+        const double mean_speed = std::abs(goal.position_rad - position_of(driven)) / seconds(*goal.duration);
+        if (auto fine = check_limits(driven.device, goal.position_rad, mean_speed); !fine)
+            return fine;
+    }
     // The limit of the robot file is also the speed of a move that names none.
     auto speed = goal.speed_rad_s;
-    if (!speed && joint != nullptr && driven.driver->capabilities().velocity_limit)
+    if (!speed && !goal.duration && joint != nullptr && driven.driver->capabilities().velocity_limit)
         speed = joint->velocity_max_rad_s;
     if (speed)
         command.velocity_rad_s = *speed * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
@@ -102,7 +115,8 @@ std::expected<void, Error> start(Driven& driven, const Goal& goal)
 Outcome follow(const Words& words, Session& session, Driven& driven, const Goal& goal)
 {
     const TimePoint begin = session.clock().now();
-    TimePoint progressed = begin;
+    // A move that takes its time may begin too gently to be seen.
+    TimePoint progressed = begin + goal.duration.value_or(Duration{});
     double last = position_of(driven);
     for (TimePoint look = begin + step;; look += step) {
         wait_until(session, look);
@@ -117,7 +131,7 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
         if (std::abs(here - goal.position_rad) <= goal.tolerance_rad)
             return exit_done;
         if (std::abs(here - last) > goal.tolerance_rad / 10.0) {
-            progressed = now;
+            progressed = std::max(progressed, now);
             last = here;
         }
         if (now - progressed > standstill)
@@ -152,6 +166,8 @@ Outcome run(const Words& words)
     auto driven = drive(session, std::move(*device));
     if (!driven)
         return std::unexpected(driven.error());
+    if (auto set = set_up(*driven); !set)
+        return std::unexpected(set.error());
     if (auto read = read_state(*driven, actuator::Depth::full); !read)
         return std::unexpected(read.error());
     show_state(words, *driven, {});
@@ -179,10 +195,12 @@ Verb move_verb()
         .says = "Move a joint to a position and show it until it has arrived.",
         .arguments = {target_argument, {"POSITION", "an angle with its unit, such as 90deg, 1.57rad or 0.25turn"}},
         .options = with_device_options({{"--speed", "S", "no faster than this, such as 30deg/s or 5rpm"},
+                                        {"--in", "TIME", "arrive after this time, such as 2s; not SAM"},
                                         {"--within", "TIME", "give up after this time; 60s where it is not given"},
                                         yes_option,
                                         {"--json", "", "print one object per look and line"}}),
         .examples = {{"sinew move elbow 45deg --robot arm.toml", "asks first"},
+                     {"sinew move waist_yaw 30deg --in 2s --robot arm.toml --yes", "takes its time"},
                      {"sinew move serial:/dev/ttyUSB0 -10deg --family nuri --id 1 --speed 5rpm --yes", "does not ask"}},
         .run = run,
         .more = "Ctrl-C makes it stay where it is. Giving up does not stop it: `sinew stop` does."};

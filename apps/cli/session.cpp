@@ -263,6 +263,14 @@ std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& reque
     return {};
 }
 
+std::expected<void, Error> set_up(Driven& driven)
+{
+    const auto settings = driven.driver->plan_settings();
+    if (!settings)
+        return std::unexpected(settings.error());
+    return settings->empty() ? std::expected<void, Error>{} : carry_out(driven, *settings);
+}
+
 std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
 {
     const auto requests = driven.driver->plan_read(depth);

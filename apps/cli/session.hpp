@@ -73,6 +73,9 @@ struct Driven {
 /// Opens the bus and makes the driver; finds the model if it must.
 std::expected<Driven, Error> drive(Session& session, Device device);
 
+/// Sets the device to what the robot file says of its run-time settings.
+std::expected<void, Error> set_up(Driven& driven);
+
 /// Carries out what a driver planned, and puts what comes back into the state. The first failure ends it.
 std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests);
 std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);

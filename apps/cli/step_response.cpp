@@ -170,6 +170,8 @@ std::expected<std::vector<StepSample>, Error> step_response(config::RobotFile fi
     plant.jam(true);
     if (auto read = read_state(driven, actuator::Depth::full); !read)
         return std::unexpected(read.error());
+    if (auto set = set_up(driven); !set)
+        return std::unexpected(set.error());
     if (request.gains)
         if (auto set = set_gains(driven, *request.gains); !set)
             return std::unexpected(set.error());

@@ -83,6 +83,14 @@ class Robot(unittest.TestCase):
             state = json.loads(sinew("watch", "neck_yaw", *self.sim.robot, "--json", "--for", "10ms").stdout.splitlines()[0])
             self.assertLess(abs(state["position_rad"] - math.radians(degrees)), math.radians(0.6), word)
 
+    def test_move_takes_its_time(self):
+        for joint, there, back in (("neck_yaw", 30, 0), ("right_ankle", 20, 0)):
+            sinew("move", joint, f"{back}deg", *self.sim.robot, "--yes")
+            looks = sinew("move", joint, f"{there}deg", "--in", "2s", *self.sim.robot, "--yes", "--json").stdout.splitlines()
+            self.assertGreater(json.loads(looks[-1])["time_s"], 1.8, joint)
+        refused = sinew("move", "elbow", "10deg", "--in", "2s", *self.sim.robot, "--yes", code=10)
+        self.assertIn("no documented speed", refused.stderr)
+
     def test_ctrl_c_while_moving_stops_and_holds(self):
         sinew("move", "waist_yaw", "-60deg", *self.sim.robot, "--yes")
         move = Terminal("move", "waist_yaw", "60deg", *self.sim.robot, "--yes", "--speed", "5deg/s")
