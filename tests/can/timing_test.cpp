@@ -5,6 +5,7 @@
 #include "sinew/family/rmd/messages.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sched.h>
@@ -12,6 +13,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
 
 /// How late things are, on the kernel's CAN stack in the virtual time of a guest: its clock counts instructions, so
@@ -138,6 +140,29 @@ TEST_F(Timing, ACallWithoutAnswerReturnsWithinAMillisecondOfItsDeadline)
         }
     fmt::print("100 calls without an answer returned at most {:.0f} us after their deadline\n", seconds(latest) * 1e6);
     EXPECT_LE(latest, 1ms);
+}
+
+TEST_F(Timing, AWaitingCallEndsAsSoonAsItsInterfaceGoesDown)
+{
+    const auto bus = open_bus(0);
+    const auto slow = wire::make_request(1, rmd::ReadStatus2{}, {}, 10s); // a device that may take so long
+    std::atomic<TimePoint> down_at{};
+    std::thread taking_down([&] {
+        clock.wait({}, clock.now() + 20ms);
+        shell("ip link set vcan10 down");
+        down_at = clock.now();
+    });
+    bus::Result result;
+    const TimePoint begin = clock.now();
+    const auto done = bus->exchange({&*slow, 1}, {&result, 1});
+    const TimePoint ended = clock.now();
+    taking_down.join();
+    ASSERT_FALSE(result.good);
+    EXPECT_EQ(result.error.code, Errc::link_lost);
+    EXPECT_EQ(to_sentence(result.error), "vcan10 went down; 'ip link set vcan10 up' brings it up again");
+    EXPECT_FALSE(done);
+    EXPECT_GE(ended, begin + 20ms);
+    EXPECT_LE(ended, down_at.load() + 1ms);
 }
 
 /// How late each of many ticks of a loop of 1 kHz began; `work(tick)` is done in each.
