@@ -155,10 +155,10 @@ std::expected<std::size_t, Error> SocketCanLink::write(std::span<const wire::Fra
             return taken;
         }
         if (errno == EAGAIN || errno == EWOULDBLOCK)
-            return taken;
+            break; // the socket itself wakes for room
         return hang_up(errno);
     }
-    if (is_full_ && taken != 0)
+    if (is_full_)
         set_full(false);
     return taken;
 }

@@ -156,7 +156,7 @@ class Trouble(OnCan):
         self.assertEqual([line for line in lines if "error" in line], [])
         self.assertEqual(watch.wait(PATIENCE), 0)
 
-    def test_an_interface_that_goes_down_is_named_and_the_simulator_comes_back(self):
+    def test_an_interface_that_goes_down_is_named_and_both_sides_come_back_with_it(self):
         _, lines = self.watch()
         self.assertNotIn("error", next(lines))
         run("ip", "link", "set", "vcan1", "down")
@@ -167,6 +167,7 @@ class Trouble(OnCan):
         self.assertIn("vcan1 is down: 'ip link set vcan1 up' brings it up", done.stderr)
         run("ip", "link", "set", "vcan1", "up")
         self.assertIn("legs: vcan1 is back", self.sim.process.stderr.readline())
+        self.assertIn("position_rad", next(line for line in lines if "error" not in line))
         self.assertEqual(len(as_json("scan", "can:vcan1", "--ids", "1-4")["devices"]), 4)
 
     def test_an_interface_that_is_removed_is_named(self):
