@@ -2,6 +2,7 @@
 #include "sinew/bus/bus.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/link/links.hpp"
+#include "sinew/link/tcp.hpp"
 #include "sinew/sim/real_time.hpp"
 #include "sinew/sim/simulator.hpp"
 #include "tests/support/random.hpp"
@@ -111,13 +112,16 @@ TEST(Replug, OfEveryFamilyInVirtualTimeIsOverWithin200Milliseconds)
 
 constexpr std::string_view robot = R"(
 version = 1
-name = "two"
+name = "three"
 [bus.arm]
 family = "sam"
 bit_rate = 1500000
 [bus.leg]
 family = "rmd"
 bit_rate = 1000000
+[bus.waist]
+family = "nuri"
+bit_rate = 115200
 [joint.elbow]
 bus = "arm"
 id = 1
@@ -127,10 +131,21 @@ bus = "leg"
 id = 1
 model = "MG"
 profile = "rmd-2.35"
+[joint.yaw]
+bus = "waist"
+id = 1
+model = "RSA"
 )";
 
-/// A robot behind pseudo terminals, in a thread of its own, that is unplugged as a whole. Each time it comes back its
-/// device files have other names, and the symlinks `DIR/BUS` lead to them.
+/// A port of this machine that is free now.
+std::string free_place()
+{
+    link::RealClock clock;
+    return fmt::format("tcp://127.0.0.1:{}", (*link::TcpListener::open("127.0.0.1", 0, clock))->port());
+}
+
+/// A robot behind pseudo terminals and a TCP port, in a thread of its own, that is unplugged as a whole. Each time it
+/// comes back its device files have other names, and the symlinks `DIR/BUS` lead to them.
 class Pluggable
 {
 public:
@@ -149,10 +164,12 @@ public:
 
     void plug_in()
     {
-        simulator_ = std::move(*sim::RealTimeSimulator::make(file_, clock_));
+        simulator_ = std::move(*sim::RealTimeSimulator::make(file_, clock_, {&place_, 1}));
         stop_ = false;
         thread_ = std::thread([this] { simulator_->run(stop_); });
         for (const auto& link : simulator_->links()) {
+            if (link.bus == place_.bus)
+                continue;
             fs::remove(folder_ / link.bus);
             fs::create_symlink(link::parse_uri(link.uri)->target, folder_ / link.bus);
         }
@@ -167,13 +184,16 @@ public:
     /// As the simulator prints it, with the name that stays.
     std::string uri(std::size_t index) const
     {
-        auto uri = *link::parse_uri(simulator_->links()[index].uri);
-        uri.target = (folder_ / simulator_->links()[index].bus).string();
+        const auto& link = simulator_->links()[index];
+        auto uri = *link::parse_uri(link.uri);
+        if (link.bus != place_.bus)
+            uri.target = (folder_ / link.bus).string();
         return to_string(uri);
     }
 
 private:
     const config::RobotFile& file_;
+    const sim::RealTimeSimulator::Place place_{"waist", free_place()};
     link::RealClock clock_;
     fs::path folder_;
     std::unique_ptr<sim::RealTimeSimulator> simulator_;
@@ -181,35 +201,38 @@ private:
     std::thread thread_;
 };
 
-TEST(Replug, OfPseudoTerminalsUnderOtherNamesLeavesNothingBehind)
+TEST(Replug, OfPseudoTerminalsUnderOtherNamesAndOfATcpPortLeavesNothingBehind)
 {
-    const auto file = config::parse_robot_file(robot, "two.toml");
+    const auto file = config::parse_robot_file(robot, "three.toml");
     ASSERT_TRUE(file) << to_sentence(file.error());
     Pluggable devices(*file);
     link::RealClock clock;
     const auto links = link::Links::system();
     bus::Bus arm("arm", *links.open(devices.uri(0), clock), clock, *find_family("sam")->protocol);
     bus::Bus leg("leg", *links.open(devices.uri(1), clock), clock, *find_family("rmd")->protocol);
+    bus::Bus waist("waist", *links.open(devices.uri(2), clock), clock, *find_family("nuri")->protocol);
+    const std::array all{&arm, &leg, &waist};
     arm.set_reopen(links.reopener(devices.uri(0), clock), 1ms);
     leg.set_reopen(links.reopener(devices.uri(1), clock), 1ms);
+    waist.set_reopen(links.reopener(devices.uri(2), clock), 1ms);
     constexpr Duration patience = 10s; // of a machine that has other work
     Duration longest{};
     Leaks leaks;
     for (int i = 0; i < replugs() + warm_up; ++i) {
         leaks.round(i);
-        for (bus::Bus* bus : {&arm, &leg})
+        for (bus::Bus* bus : all)
             ASSERT_TRUE(ask(*bus, 1).has_value()) << bus->name() << " " << i;
         devices.pull_out();
-        for (bus::Bus* bus : {&arm, &leg})
+        for (bus::Bus* bus : all)
             ASSERT_EQ(ask(*bus, 1).error().code, Errc::link_lost) << bus->name() << " " << i;
         devices.plug_in();
         const TimePoint back = clock.now();
-        for (bus::Bus* bus : {&arm, &leg})
+        for (bus::Bus* bus : all)
             ASSERT_TRUE(bus->wait_for_link(clock.now() + patience))
                 << bus->name() << " " << i << ": " << to_sentence(*bus->link_trouble());
         longest = std::max(longest, clock.now() - back);
     }
-    fmt::print("{} times out and back; both links open at the latest {:.1f} ms after the return\n", replugs(),
+    fmt::print("{} times out and back; all links open at the latest {:.1f} ms after the return\n", replugs(),
                seconds(longest) * 1e3);
 }
 
