@@ -37,8 +37,18 @@ Bus::~Bus()
 
 void Bus::set_device(int id, Device device)
 {
-    if (id >= 0 && id < 256)
-        devices_[static_cast<std::size_t>(id)] = device;
+    if (id < 0 || id >= 256)
+        return;
+    devices_[slot_of(id)] = device;
+    listed_[slot_of(id)] = nullptr;
+}
+
+bool Bus::is_listed(int id, const wire::MessageInfo& message) const
+{
+    const wire::MessageInfo*& listed = listed_[slot_of(id)];
+    if (listed != &message && device(id).line->has(message))
+        listed = &message;
+    return listed == &message;
 }
 
 link::LinkState Bus::link_state() const
@@ -56,6 +66,12 @@ std::expected<std::uint32_t, Error> Bus::set_bit_rate(std::uint32_t bit_rate)
     return set;
 }
 
+void Bus::set_stop(std::span<const wire::Request> requests)
+{
+    stop_requests_.assign(requests.begin(), requests.end());
+    stop_results_.assign(requests.size(), {});
+}
+
 void Bus::request_stop() noexcept
 {
     stop_.store(true);
@@ -68,11 +84,36 @@ void Bus::clear_stop() noexcept
 {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto got = ::read(stop_event_, &count, sizeof count);
+    stop_begun_ = false;
     stop_.store(false);
+}
+
+void Bus::stop()
+{
+    request_stop();
+    Bus* const self = this;
+    drive({&self, 1});
+}
+
+/// A frame that has begun is finished before: half a frame would garble the stop.
+void Bus::obey_stop()
+{
+    if (stop_begun_) {
+        if (!conversation_.stopping())
+            conversation_.abandon({.code = Errc::stopped}, clock_.now());
+        return;
+    }
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(stop_event_, &count, sizeof count); // or it would end every wait
+    stop_begun_ = true;
+    conversation_.begin_stop(stop_requests_, stop_results_);
 }
 
 void Bus::start(std::span<const wire::Request> requests, std::span<Result> results)
 {
+    if (conversation_.busy() && !conversation_.stopping())
+        conversation_.abandon({.code = Errc::stopped}, clock_.now());
+    look_ = protocol_.bare_replies();
     conversation_.begin(requests, results);
     ended_by_loss_ = std::exchange(untold_, false);
     if (ended_by_loss_)
@@ -82,14 +123,14 @@ void Bus::start(std::span<const wire::Request> requests, std::span<Result> resul
 std::span<const link::Handle> Bus::handles()
 {
     const int fd = std::visit([](const auto& l) { return l->handle(); }, link_);
-    handles_ = {link::Handle{fd, pending_ != nullptr}, link::Handle{stop_event_, false}};
+    handles_ = {link::Handle{fd, blocked_}, link::Handle{stop_event_, false}};
     return handles_;
 }
 
 void Bus::end_with(const Error& error)
 {
-    pending_ = nullptr;
     written_ = 0;
+    blocked_ = false;
     // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
     if (!link_state().open) {
         lost_ = true;
@@ -98,8 +139,12 @@ void Bus::end_with(const Error& error)
         next_try_ = clock_.now();
         ended_by_loss_ = conversation_.busy();
         untold_ = !ended_by_loss_;
+        stop_begun_ = false; // it goes out when the link is back
     }
     conversation_.abandon(error, clock_.now());
+    if (lost_)
+        for (Bus* other : stopped_with_)
+            other->request_stop();
 }
 
 void Bus::read_link()
@@ -110,52 +155,61 @@ void Bus::read_link()
             const auto got = (*bytes)->read(buffer);
             if (!got)
                 return end_with(got.error());
-            if (got->count == 0)
+            conversation_.received(std::span(buffer).first(got->count), got->at);
+            if (!got->more && got->count < buffer.size())
                 return;
-            const auto part = std::span(buffer).first(got->count);
-            if (tap_)
-                tap_({got->at, wire::Direction::reply, part});
-            conversation_.received(part, got->at);
         }
     }
-    std::array<wire::Frame, 16> frames;
+    std::array<wire::Frame, 64> frames;
     for (;;) {
         const auto got = std::get<std::unique_ptr<link::CanLink>>(link_)->read(frames);
         if (!got)
             return end_with(got.error());
-        if (got->count == 0)
-            return;
-        for (const auto& frame : std::span(frames).first(got->count)) {
-            if (tap_)
-                tap_({got->at, wire::Direction::reply, frame.bytes(), frame.can_id});
+        for (const auto& frame : std::span(frames).first(got->count))
             conversation_.received(frame, got->at);
-        }
+        if (!got->more && got->count < frames.size())
+            return;
     }
 }
 
-bool Bus::write_pending()
+std::expected<std::size_t, Error> Bus::write_bytes(link::ByteLink& link, const wire::Frame& frame)
 {
-    const bool first = written_ == 0;
-    std::expected<std::size_t, Error> wrote;
-    if (auto* bytes = std::get_if<std::unique_ptr<link::ByteLink>>(&link_)) {
-        wrote = (*bytes)->write(pending_->bytes().subspan(written_));
-    } else {
-        wrote = std::get<std::unique_ptr<link::CanLink>>(link_)->write({pending_, 1});
-        if (wrote)
-            *wrote *= pending_->size;
+    const auto wrote = link.write(frame.bytes().subspan(written_));
+    if (!wrote)
+        return wrote;
+    if (written_ + *wrote == frame.size) {
+        written_ = 0;
+        return 1U;
     }
+    if (written_ == 0 && *wrote > 0)
+        part_ = frame;
+    written_ += *wrote;
+    return 0U;
+}
+
+/// Hands over what fits. False: not one frame did.
+bool Bus::write(std::span<const wire::Frame> frames, TimePoint& now)
+{
+    auto* bytes = std::get_if<std::unique_ptr<link::ByteLink>>(&link_);
+    const auto wrote = bytes != nullptr ? write_bytes(**bytes, frames.front())
+                                        : std::get<std::unique_ptr<link::CanLink>>(link_)->write(frames);
     if (!wrote) {
         end_with(wrote.error());
         return true;
     }
-    if (tap_ && first && *wrote > 0)
-        tap_({clock_.now(), wire::Direction::request, pending_->bytes(), pending_->can_id});
-    written_ += *wrote;
-    if (written_ < pending_->size)
+    now = clock_.now();
+    if (*wrote > 0) {
+        blocked_ = false;
+        conversation_.transmitted(*wrote, now);
+        return true;
+    }
+    if (!blocked_) {
+        blocked_ = true;
+        write_deadline_ = now + write_patience;
+    }
+    if (now < write_deadline_)
         return false;
-    pending_ = nullptr;
-    written_ = 0;
-    conversation_.transmitted(clock_.now());
+    end_with(Error{.code = Errc::link_failed, .detail = "the port takes no bytes any more; is its other end stuck?"});
     return true;
 }
 
@@ -163,48 +217,38 @@ bool Bus::work()
 {
     if (lost_)
         try_to_reopen();
-    else
+    else if (look_)
         read_link();
+    look_ = true;
+    if (!conversation_.busy() && !has_news())
+        return true;
+    TimePoint now = clock_.now();
     for (;;) {
-        if (lost_) {
+        if (stop_.load(std::memory_order_relaxed) && written_ == 0 && !lost_) [[unlikely]]
+            obey_stop();
+        if (lost_) [[unlikely]] {
             ended_by_loss_ = ended_by_loss_ || conversation_.busy();
-            conversation_.abandon(lost_error_, clock_.now());
+            conversation_.abandon(lost_error_, now);
+        }
+        const auto next = conversation_.next(now);
+        const bool in_part = written_ > 0;
+        if (next.done && !in_part)
             return true;
-        }
-        // A frame that has begun is finished: half a frame would garble the stop that follows.
-        if (stop_.load() && written_ == 0) {
-            pending_ = nullptr;
-            conversation_.abandon({.code = Errc::stopped}, clock_.now());
-            return true;
-        }
-        if (pending_ != nullptr && !write_pending()) {
-            if (clock_.now() < write_deadline_) {
-                deadline_ = write_deadline_;
-                return false;
-            }
-            Error stuck{.code = Errc::link_failed};
-            stuck.detail = "the port takes no bytes any more; is its other end stuck?";
-            end_with(stuck);
-        } else if (pending_ == nullptr && !begin_next()) {
-            return !conversation_.busy();
-        }
+        deadline_ = next.deadline;
+        if (!in_part && next.transmit.empty())
+            return false;
+        if (write(in_part ? std::span<const wire::Frame>(&part_, 1) : next.transmit, now))
+            continue;
+        deadline_ = std::min(deadline_, write_deadline_);
+        return false;
     }
-}
-
-bool Bus::begin_next()
-{
-    const auto next = conversation_.next(clock_.now());
-    deadline_ = next.deadline;
-    pending_ = next.transmit;
-    write_deadline_ = clock_.now() + write_patience;
-    return pending_ != nullptr;
 }
 
 std::expected<void, Error> Bus::exchange(std::span<const wire::Request> requests, std::span<Result> results)
 {
     start(requests, results);
-    Bus* const self = this;
-    drive({&self, 1});
+    while (!work())
+        clock_.wait(handles(), deadline_);
     if (ended_by_loss_)
         return std::unexpected(lost_error_);
     return {};
@@ -226,18 +270,23 @@ bool drive(std::span<Bus* const> buses, TimePoint until)
         TimePoint deadline = until;
         bool open = false;
         for (Bus* bus : buses) {
-            if (bus->work())
+            const bool ended = bus->work();
+            open = open || !ended;
+            if (!ended)
+                deadline = std::min(deadline, bus->deadline());
+            if (ended && bus->link_trouble() != nullptr)
                 continue;
-            open = true;
-            deadline = std::min(deadline, bus->deadline());
-            for (const auto& handle : bus->handles())
+            // One that has nothing to do may be told to stop.
+            for (const auto& handle : ended ? bus->handles().last(1) : bus->handles())
                 if (count < handles.size())
                     handles[count++] = handle;
         }
+        if (std::ranges::any_of(buses, &Bus::has_news))
+            continue;
         if (!open)
             return true;
         link::Clock& clock = buses.front()->clock();
-        if (clock.now() >= until)
+        if (until != TimePoint::max() && clock.now() >= until)
             return false;
         clock.wait(std::span(handles).first(count), deadline);
     }

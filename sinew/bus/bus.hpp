@@ -15,14 +15,6 @@
 /// One link, one family: the conversation on it. A user's calls end here.
 namespace sinew::bus {
 
-/// A frame that passed, as the tap shows it.
-struct Tapped {
-    TimePoint at{};
-    wire::Direction direction{};
-    std::span<const std::uint8_t> bytes; ///< as they travelled; several replies or parts of one on serial lines
-    std::uint32_t can_id = 0;
-};
-
 /// What the bus must know of a device: its firmware line, and how fast it answers.
 struct Device {
     const wire::Profile* line = nullptr; ///< messages that it does not list are refused; nullptr: no such check
@@ -31,7 +23,8 @@ struct Device {
 };
 
 /// Owns its link and talks over it from the caller's thread. One thread at a time, except `request_stop`. In the steady
-/// state an exchange uses no heap and no system call but the reads, writes and waits themselves.
+/// state an exchange uses no heap and no system call but one write, one wait and one read; where replies are bare, one
+/// more read before it throws away what nobody asked for.
 ///
 /// A link that hangs up is closed at once. The exchange in progress, or the next one where none was, ends with
 /// `link_lost`: once for every loss somebody is told, for devices that lost their power have forgotten where they were.
@@ -48,7 +41,7 @@ public:
 
     /// Tells the bus about a device. Of an id that was never told nothing is known: any row of the family goes out.
     void set_device(int id, Device device);
-    const Device& device(int id) const { return devices_[id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256]; }
+    const Device& device(int id) const { return devices_[slot_of(id)]; }
 
     /// Carries out all requests and fills one result each. The spans have one size. Fails as a whole only when the link
     /// is lost; then every result that was not done carries the same error.
@@ -70,10 +63,29 @@ public:
     /// Another bit rate for this host's end of the line; the devices keep theirs.
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate);
 
-    /// Ends what runs at the next frame boundary with `stopped`, and every later exchange at once, until `clear_stop`.
-    /// May be called from any thread and from a signal handler.
+    // ---- the stop ----
+
+    /// What goes out when a stop is asked for, in this order: a broadcast first where the family has one, then each
+    /// device. Nothing yet: a stop only ends what runs. Not while an exchange runs; asks the heap.
+    void set_stop(std::span<const wire::Request> requests);
+    /// Ends what runs at the next frame boundary with `stopped`, sends the stop requests, and ends every later exchange
+    /// at once until `clear_stop`. Whoever drives the bus carries it out, if nobody does the next `drive` or
+    /// `exchange`. May be called from any thread and from a signal handler.
     void request_stop() noexcept;
+    /// The same from the thread that drives, and returns when it is carried out.
+    void stop();
+    /// How the stop requests ended: a good result is the device's own word.
+    std::span<const Result> stop_results() const { return stop_results_; }
     void clear_stop() noexcept;
+    /// Losing the link of this bus stops these, which must outlive it.
+    void stop_when_lost(std::vector<Bus*> others) { stopped_with_ = std::move(others); }
+    /// How late a stop is at worst, counted from `request_stop`, while `running` is exchanged; without the host's time.
+    StopBound stop_bound(std::span<const wire::Request> running) const
+    {
+        return predict_stop(conversation_.line(), running, stop_requests_);
+    }
+
+    // ---- the link ----
 
     /// Lets the bus open its link again after a loss, such as with `link::Links::reopener`; an empty function leaves it
     /// lost, as it is at the start.
@@ -96,7 +108,8 @@ public:
     /// Why there is no link; nullptr while it is open.
     const Error* link_trouble() const { return lost_ ? &lost_error_ : nullptr; }
 
-    void set_tap(std::function<void(const Tapped&)> tap) { tap_ = std::move(tap); }
+    /// Shows every frame with its time and what became of it.
+    void set_tap(std::function<void(const Tapped&)> tap) { conversation_.set_tap(std::move(tap)); }
     const std::string& name() const { return name_; }
     const wire::Protocol& protocol() const { return protocol_; }
     link::Clock& clock() const { return clock_; }
@@ -105,18 +118,23 @@ public:
 
     // ---- for `drive` ----
 
-    /// Begins an exchange without waiting for it.
+    /// Begins an exchange without waiting for it. One that is still running ends with `stopped`.
     void start(std::span<const wire::Request> requests, std::span<Result> results);
     /// Reads, writes and moves on as far as it goes without waiting. True when the exchange has ended.
     bool work();
     TimePoint deadline() const { return deadline_; }
+    /// A stop was asked for and `work` has not seen it yet.
+    bool has_news() const { return stop_.load(std::memory_order_relaxed) && !stop_begun_ && !lost_; }
     /// What a wait has to look at: the link, and the stop.
     std::span<const link::Handle> handles();
 
 private:
+    static std::size_t slot_of(int id) { return id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256; }
+    bool is_listed(int id, const wire::MessageInfo& message) const;
     void read_link();
-    bool begin_next();
-    bool write_pending();
+    bool write(std::span<const wire::Frame> frames, TimePoint& now);
+    std::expected<std::size_t, Error> write_bytes(link::ByteLink& link, const wire::Frame& frame);
+    void obey_stop();
     void end_with(const Error& error);
     void try_to_reopen();
     std::expected<void, Error> adopt(link::AnyLink link);
@@ -128,15 +146,22 @@ private:
     const wire::Protocol& protocol_;
     Conversation conversation_;
     std::array<Device, 257> devices_{};
-    std::function<void(const Tapped&)> tap_;
+    mutable std::array<const wire::MessageInfo*, 257> listed_{}; // found in the device's line when last looked for
 
-    const wire::Frame* pending_ = nullptr; // a frame of which a part is still to be written
-    std::size_t written_ = 0;
+    bool look_ = true;        // there may be something to read
+    wire::Frame part_{};      // a frame of which a part is still to be written
+    std::size_t written_ = 0; // of it
+    bool blocked_ = false;    // the link takes no more
     TimePoint write_deadline_{};
     TimePoint deadline_{};
     std::array<link::Handle, 2> handles_{};
+
     std::atomic<bool> stop_{false};
+    bool stop_begun_ = false;
     int stop_event_ = -1;
+    std::vector<wire::Request> stop_requests_;
+    std::vector<Result> stop_results_;
+    std::vector<Bus*> stopped_with_;
 
     bool lost_ = false;
     bool ended_by_loss_ = false; // the latest exchange
@@ -157,7 +182,7 @@ template <class M>
 std::expected<wire::Request, Error> Bus::request(int id, const M& message) const
 {
     const Device& to = device(id);
-    if (to.line != nullptr && !to.line->has(wire::info_of<M>))
+    if (to.line != nullptr && !is_listed(id, wire::info_of<M>))
         return std::unexpected(Error{.code = Errc::not_in_profile, .message = wire::info_of<M>.name(), .id = id});
     return wire::make_request(id, message, to.options, to.response_time);
 }

@@ -1,12 +1,15 @@
 #pragma once
 #include "sinew/bus/counters.hpp"
+#include "sinew/bus/lateness.hpp"
 #include "sinew/bus/predict.hpp"
 #include "sinew/bus/settings.hpp"
+#include "sinew/bus/tap.hpp"
 #include "sinew/wire/protocol.hpp"
 #include "sinew/wire/request.hpp"
-#include "sinew/wire/select.hpp"
 
 #include <array>
+#include <bitset>
+#include <functional>
 #include <span>
 
 namespace sinew::bus {
@@ -16,22 +19,33 @@ struct Result {
     enum class Stage : std::uint8_t { waiting, sent, done };
 
     Stage stage = Stage::waiting;
-    std::uint8_t tries = 0;
+    std::uint8_t tries = 0;    ///< how often it went out
+    std::uint8_t failures = 0; ///< how many of these came to nothing
     std::uint8_t reply_count = 0;
-    bool possibly_older = false; ///< an identical request timed out less than `late_max` before: it may be that answer
-    TimePoint sent_at{};         ///< when its first bit went out
-    TimePoint deadline{};
-    TimePoint at{};                       ///< when the answer ended, or the request if none is due
-    std::array<wire::Frame, 4> replies{}; ///< more than one only for messages that several devices answer
-    Error error{};                        ///< of a request without an answer
     bool good = false;
+    /// The answer may be that of an earlier request like it: one timed out less than `late_max` before, or the line was
+    /// distrusted then.
+    bool possibly_older = false;
+    TimePoint sent_at{};  ///< when its first bit went out
+    TimePoint due{};      ///< when its answer has ended at the latest if the link adds nothing
+    TimePoint deadline{}; ///< when it is given up: `due` and the margin
+    TimePoint at{};       ///< when the answer ended, or the request if none is due, or when it was given up
+    std::array<wire::Frame, 4> replies{}; ///< `reply_count` of them; more than one only where several devices answer
+    Error error{};                        ///< of a request without an answer
 
     /// The answer, or why there is none. An empty frame where none is due.
     std::expected<wire::Frame, Error> reply() const
     {
         if (!good)
             return std::unexpected(error);
-        return replies[0];
+        return reply_count > 0 ? replies[0] : wire::Frame{};
+    }
+    /// As new, but for what is not looked at before it is written.
+    void reset()
+    {
+        stage = Stage::waiting;
+        tries = failures = reply_count = 0;
+        good = possibly_older = false;
     }
 };
 
@@ -39,26 +53,38 @@ struct Result {
 /// No I/O, no clock, no heap. One exchange at a time.
 ///
 /// On CAN all requests of an exchange go out back to back, one outstanding per identifier; on serial lines one after
-/// the other. A reply must fit address and message of its request. Reads are retried. Where replies carry nothing to
-/// tell them by, a time-out puts the line in quarantine: it must be silent for `late_max`, then the device must answer
-/// a probe with its own id. What needs no answer goes out at once even then, and a command goes out although the probe
-/// failed: a stop must reach a device whose answers do not come through.
+/// the other. A reply must fit address and message of its request and cannot end before the wire could have carried it.
+/// Reads are retried, commands as `Settings` has it. Where replies carry nothing to tell them by, a time-out or a byte
+/// too many puts the line in quarantine: it must be silent for `late_max`, then the device must answer a probe with its
+/// own id; until then nothing that comes is taken. What needs no answer goes out at once even then, and a command goes
+/// out although the probe failed, but its answer is not believed: a stop must reach a device whose answers do not come
+/// through.
 class Conversation
 {
 public:
     struct Next {
-        const wire::Frame* transmit = nullptr; ///< write this whole frame, call `transmitted`, and ask again
-        TimePoint deadline{};                  ///< otherwise wait for input until then
+        /// Hand over as many of these whole frames as the link takes, say how many to `transmitted`, and ask again.
+        /// They stay valid until then.
+        std::span<const wire::Frame> transmit{};
+        TimePoint deadline = TimePoint::max(); ///< otherwise wait for input until then
         bool done = false;
     };
 
     Conversation(const wire::Protocol& protocol, Line line, Settings settings);
 
-    /// Starts an exchange. Both spans must live until it is done and have one size.
+    /// Starts an exchange when none is running. Both spans must live until it is done and have one size. While a stop
+    /// is under way everything ends with `stopped` at once.
     void begin(std::span<const wire::Request> requests, std::span<Result> results);
+    /// Cuts in with an exchange of its own at the next frame boundary: `predict_stop` says how late that is at worst.
+    /// What then is not done ends with `stopped`. The requests go out whatever the state of the line, each waits for
+    /// its answer no longer than the wire needs, and none is retried. Both spans must live until it is done.
+    void begin_stop(std::span<const wire::Request> requests, std::span<Result> results);
+    /// Between `begin_stop` and the end of that exchange.
+    bool stopping() const { return stop_due_ || urgent_; }
+
     Next next(TimePoint now);
-    /// The frame that `next` gave out has been handed to the link at `now`.
-    void transmitted(TimePoint now);
+    /// So many of the frames that `next` gave out have been handed to the link at `now`.
+    void transmitted(std::size_t count, TimePoint now);
     void received(std::span<const std::uint8_t> bytes, TimePoint at);
     void received(const wire::Frame& frame, TimePoint at);
     /// The link was opened anew, or what came from it is doubtful for another reason: what has been heard is forgotten,
@@ -68,48 +94,81 @@ public:
     void abandon(const Error& error, TimePoint now);
 
     void set_bit_rate(std::uint32_t bit_rate) { line_.bit_rate = bit_rate; }
-    bool busy() const;
+    /// Called for every frame, in both directions, from the thread that drives.
+    void set_tap(std::function<void(const Tapped&)> tap) { tap_ = std::move(tap); }
+    bool busy() const { return open_ != 0 || stopping(); }
     Duration margin() const { return margin_; }
+    const Line& line() const { return line_; }
+    const Settings& settings() const { return settings_; }
     const Counters& counters() const { return total_; }
     const Counters& counters(int id) const { return per_id_[slot_of(id)]; }
+    /// No exchange of these requests takes longer, whatever happens on the wire, if the link takes its frames at once.
+    Duration longest(std::span<const wire::Request> requests) const;
 
 private:
-    struct Timeout {
-        int id = -1;
-        const wire::MessageInfo* message = nullptr;
-        TimePoint until{};
-    };
+    static constexpr std::size_t most_at_once = 64; // frames that are handed to a CAN link together
 
     static std::size_t slot_of(int id) { return id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256; }
-    Next next_serial(TimePoint now);
-    Next next_can(TimePoint now);
-    Next send(const wire::Request& request, Result& result, TimePoint now);
-    bool identifier_free(std::size_t index) const;
-    void quarantine(TimePoint now);
-    bool begin_probe(const wire::Request& request);
-    void end_probe();
-    void take(const wire::Frame& frame, TimePoint at);
-    void take_bytes(bool silent, TimePoint at);
+    void count(std::uint64_t Counters::* counter, int id, std::uint64_t more = 1)
+    {
+        total_.*counter += more;
+        per_id_[slot_of(id)].*counter += more;
+    }
+    void tell(Verdict verdict, std::span<const std::uint8_t> bytes, TimePoint at, std::uint32_t can_id = 0) const
+    {
+        if (tap_) [[unlikely]]
+            tap_({at, verdict == Verdict::sent ? wire::Direction::request : wire::Direction::reply, bytes, can_id,
+                  verdict});
+    }
+
+    // both kinds: conversation.cpp
+    void sent(const wire::Request& request, Result& result, TimePoint due, TimePoint now);
     bool accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
     void finish(const wire::Request& request, Result& result, TimePoint at);
     void time_out(const wire::Request& request, Result& result, TimePoint now);
-    void stray(std::size_t count, TimePoint at);
+    void give_up(const wire::Request& request, Result& result, Errc why, TimePoint now);
+    bool may_repeat(const wire::Request& request, const Result& result) const;
+    void abandon(const wire::Request& request, Result& result, const Error& error, TimePoint now);
+    static void end(const wire::Request& request, Result& result, const Error& error);
+    void cut_in(TimePoint now);
+    void discard(const wire::Frame& frame, TimePoint at);
     void learn(Duration excess);
-    const wire::Request* current_request() const;
-    Result* current_result();
+
+    // serial lines: conversation_serial.cpp
+    Next next_serial(TimePoint now);
+    bool in_flight() const;
+    bool is_confirmed(const wire::Request& request, Result& result, TimePoint at);
+    void quarantine(TimePoint now);
+    bool begin_probe(const wire::Request& request);
+    void end_probe(TimePoint now);
+    void receive_bare(std::span<const std::uint8_t> bytes, TimePoint at);
+    std::size_t receive_framed(std::span<const std::uint8_t> bytes, bool silent, TimePoint at);
+    void stray(Verdict verdict, std::span<const std::uint8_t> bytes, TimePoint at);
+    void drop_buffered(TimePoint at);
+    const wire::Request* own_request(const wire::Frame& frame) const;
+    const wire::Request* current_request() const { return probing_ ? &probe_ : &requests_[current_]; }
+    Result* current_result() { return probing_ ? &probe_result_ : &results_[current_]; }
+    const Result* current_result() const { return probing_ ? &probe_result_ : &results_[current_]; }
+
+    // CAN: conversation_can.cpp
+    Next next_can(TimePoint now);
+    void gather(TimePoint now);
+    void release(const wire::Request& request);
 
     const wire::Protocol& protocol_;
+    const bool bare_; // replies
     Line line_;
     Settings settings_;
+    std::function<void(const Tapped&)> tap_;
     std::span<const wire::Request> requests_{};
     std::span<Result> results_{};
-    std::size_t current_ = 0; // serial: the request in progress
-    Result* sending_ = nullptr;
-    const wire::Request* sending_request_ = nullptr;
+    std::size_t open_ = 0; // results that are not done
 
+    // serial
+    std::size_t current_ = 0; // the request in progress
+    TimePoint earliest_{};    // what comes before is no answer to it
     std::array<std::uint8_t, 256> buffer_{};
     std::size_t buffered_ = 0;
-
     bool quarantined_ = false;
     TimePoint quiet_until_{};
     TimePoint quarantine_ends_{};
@@ -118,12 +177,26 @@ private:
     wire::Request probe_{};
     Result probe_result_{};
 
+    // CAN
+    std::array<wire::Frame, most_at_once> outbox_{};
+    std::array<std::uint16_t, most_at_once> outbox_of_{}; // whose frames they are
+    std::size_t outbox_size_ = 0;
+    std::bitset<2048> outstanding_{}; // identifiers
+    std::size_t sent_count_ = 0;
+    std::size_t waiting_count_ = 0;
+    Duration on_wire_{};     // of all that is outstanding, both ways
+    TimePoint clear_at_{};   // when the wire has carried what was abandoned
+    std::size_t likely_ = 0; // whose answer comes next if they come in order
+
+    bool stop_due_ = false; // the stop waits for the frame boundary
+    bool urgent_ = false;   // the stop is what runs
+    std::span<const wire::Request> stop_requests_{};
+    std::span<Result> stop_results_{};
+
     Duration margin_{};
     Duration excess_{};
     int measured_ = 0;
-    std::array<Timeout, 8> timeouts_{}; // the latest ones
-    std::size_t next_timeout_ = 0;
-    TimePoint doubtful_until_{}; // every answer until then may be an older one
+    Lateness lateness_;
 
     Counters total_{};
     std::array<Counters, 257> per_id_{};

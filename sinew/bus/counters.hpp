@@ -13,8 +13,11 @@ struct Counters {
     std::uint64_t replies = 0;
     std::uint64_t timeouts = 0;
     std::uint64_t retries = 0;
-    std::uint64_t late = 0;   ///< answers that came when nobody waited for them any more
-    std::uint64_t strays = 0; ///< bytes or frames that belong to nothing that was asked
+    std::uint64_t late = 0;          ///< answers that came when nobody waited for them any more
+    std::uint64_t strays = 0;        ///< bytes, on CAN frames, that belong to nothing that was asked
+    std::uint64_t bad_checksums = 0; ///< frames whose checksum does not fit, of the device that was asked then
+    std::uint64_t echoes = 0;        ///< own requests that came back
+    std::uint64_t disagreements = 0; ///< reads of `double_read` whose two answers cannot both be true
     std::uint64_t quarantines = 0;
     /// Round trips by their length: bucket n counts those from 2^n up to 2^(n+1) microseconds.
     std::array<std::uint32_t, 20> round_trips{};

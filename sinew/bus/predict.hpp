@@ -42,11 +42,13 @@ struct Exchange {
     constexpr Duration total() const { return request + response + replies; }
 };
 
-/// How many devices may answer a request: RMD's multi-motor frame up to four.
+/// How many devices may answer a request: RMD's multi-motor frame up to four, unless the request knows better.
 constexpr int reply_count(const wire::Request& request)
 {
     if (!request.answered)
         return 0;
+    if (request.replies != 0)
+        return request.replies;
     return request.message->request.layout->can_fixed ? 4 : 1;
 }
 

@@ -58,7 +58,7 @@ public:
         if (run_count_ == 0 || runs_[first_run_].at > now)
             return {.count = 0, .at = now};
         Arrival& run = runs_[first_run_];
-        const Arrival popped{.count = std::min(into.size(), run.count), .at = run.at};
+        Arrival popped{.count = std::min(into.size(), run.count), .at = run.at};
         for (Item& item : into.first(popped.count)) {
             item = items_[first_item_];
             first_item_ = (first_item_ + 1) % Items;
@@ -69,6 +69,7 @@ public:
             first_run_ = (first_run_ + 1) % Runs;
             --run_count_;
         }
+        popped.more = run_count_ != 0 && runs_[first_run_].at <= now;
         return popped;
     }
 

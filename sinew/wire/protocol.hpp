@@ -15,6 +15,7 @@ namespace sinew::wire {
 struct Scan {
     std::size_t skip = 0;
     std::size_t size = 0;
+    bool bad_checksum = false; ///< something in the garbage is a frame but for its checksum
 };
 
 /// Framing and matching of one family, for both ends of the wire. Stateless, without I/O, time or heap: the caller

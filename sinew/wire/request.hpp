@@ -16,6 +16,7 @@ struct Request {
     Options options{};        ///< of the device's firmware line
     bool answered = true;     ///< false: no reply is due, it is done when its bits are out
     Duration response_time{}; ///< how long the device may take before it starts to answer
+    std::uint8_t replies = 0; ///< how many devices will answer; 0: one, or four where the message is for several
 };
 
 /// A request from a typed message. Answered unless the message has no reply or goes to every device at once.

@@ -41,6 +41,7 @@ struct Info {
     std::uint32_t also_when = 0;
     Access access = Access::read;
     bool moves = false;               ///< can make the shaft turn, or let it go
+    bool relative = false;            ///< counts from where the shaft is: sent twice it goes twice as far
     bool answered_as_command = false; ///< a device may be set to leave it unanswered (SAM response level 0)
     bool broadcast = false;           ///< an address for all devices exists
     std::string_view restriction{};   ///< models that have it; empty: all

@@ -13,6 +13,7 @@ constexpr std::size_t largest = 12;       // position and speed feedback
 
 Scan Framing::find_request(std::span<const std::uint8_t> bytes, bool silent) const
 {
+    bool bad_checksum = false;
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         const auto rest = bytes.subspan(at);
         if (rest[0] != 0xFF || (rest.size() > 1 && rest[1] != 0xFE))
@@ -26,12 +27,13 @@ Scan Framing::find_request(std::span<const std::uint8_t> bytes, bool silent) con
         if (rest.size() < size) {
             if (silent)
                 continue;
-            return {at, 0};
+            return {at, 0, bad_checksum};
         }
         if (rest[4] == checksum(Checksum::not_sum, rest.data(), size))
-            return {at, size};
+            return {at, size, bad_checksum};
+        bad_checksum = true;
     }
-    return {bytes.size(), 0};
+    return {bytes.size(), 0, bad_checksum};
 }
 
 Scan Framing::find_reply(std::span<const std::uint8_t> bytes, std::size_t, bool silent) const

@@ -547,6 +547,7 @@ consteval auto row_of(const IncrementAngleSpeed*)
          .opcode = 0xA8,
          .access = Access::command,
          .moves = true,
+         .relative = true,
          .manual = "RMD-X V3.6",
          .errata = "R01 R29",
          .says = "Turn on by an angle at a given speed at most."},
