@@ -22,7 +22,8 @@ struct LinkState {
 struct Arrival {
     std::size_t count = 0;
     TimePoint at{};
-    bool more = false; ///< the next read brings something at once; also when `count` is all that was asked for
+    bool more = false; ///< read again before waiting: there is more, or finding that out costs no system call; also
+                       ///< when `count` is all that was asked for
 };
 
 /// A line of bytes. No call blocks. After `link_lost` every call fails with `link_lost`.

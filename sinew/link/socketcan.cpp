@@ -197,7 +197,7 @@ std::expected<Arrival, Error> SocketCanLink::read(std::span<wire::Frame> into)
         } else if ((heard.frame.can_id & CAN_ERR_FLAG) == 0) {
             into[0] = {.can_id = heard.frame.can_id & CAN_SFF_MASK, .size = std::min<std::uint8_t>(heard.frame.len, 8)};
             std::copy_n(heard.frame.data, into[0].size, into[0].data.begin());
-            return Arrival{.count = 1, .at = heard.at};
+            return Arrival{.count = 1, .at = heard.at, .more = true};
         } else if (note_error(heard.frame)) {
             return fail(Errc::link_failed,
                         fmt::format("{0} is bus-off: its controller saw too many errors and fell silent. Check bit "

@@ -47,10 +47,10 @@ struct Load {
             heard.clear();
             bus::Bus* const self = &bus;
             bus.start(cycle, results);
-            drive({&self, 1}, clock.now() + whole * i / moments);
+            bus::drive({&self, 1}, clock.now() + whole * i / moments);
             const TimePoint asked = clock.now();
             bus.request_stop();
-            drive({&self, 1});
+            bus::drive({&self, 1});
             const TimePoint carried_out = clock.now();
             clock.wait({}, carried_out + 5ms); // whatever is still on the wire
             ASSERT_EQ(heard.size(), expected) << "at moment " << i;
@@ -164,10 +164,10 @@ TEST(Stop, OfAnotherBusThatLosesItsLinkComesWithinTheBound)
     bus::Bus* const both[] = {&*rig.bus, &*failing.bus};
     rig.bus->start(many, results);
     failing.bus->start({&asked, 1}, {&lost, 1});
-    drive(both, clock.now() + 1ms);
+    bus::drive(both, clock.now() + 1ms);
     const TimePoint unplugged = clock.now();
     failing.unplug_host();
-    drive(both);
+    bus::drive(both);
     EXPECT_EQ(lost.error.code, Errc::link_lost);
     ASSERT_EQ(load.heard.size(), 1U);
     EXPECT_LE(load.heard[0] - unplugged, rig.bus->stop_bound(many).first);
