@@ -49,7 +49,7 @@ public:
         clock.watch(*this);
         std::unique_ptr<link::ByteLink> link = std::make_unique<Link>(*this);
         if (faults.echo)
-            link = std::make_unique<link::EchoLink>(std::move(link));
+            link = std::make_unique<link::EchoLink>(std::move(link), link::Echo::on, clock);
         bus.emplace("traced", link::AnyLink{std::move(link)}, clock, protocol, settings);
         given.emplace_back();
     }

@@ -1,0 +1,171 @@
+#include "sinew/bus/bus.hpp"
+#include "sinew/family/nuri/framing.hpp"
+#include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/rmd/framing.hpp"
+#include "sinew/family/rmd/messages.hpp"
+#include "sinew/link/serial.hpp"
+#include "tests/support/peer.hpp"
+
+#include <algorithm>
+#include <fmt/core.h>
+#include <functional>
+#include <vector>
+
+/// bus_bench [ROUNDS]: what the bus adds to the bare ping-pong of the same bytes (write, ppoll, read) on a pseudo
+/// terminal, and what a cycle of many motors costs over a socket that stands in for CAN. Each round measures all of it,
+/// the floor twice; printed are medians over the rounds with the spread, as ratios to the floor of the same round.
+namespace {
+
+using namespace sinew;
+using namespace std::chrono_literals;
+
+double now_s(clockid_t clock)
+{
+    timespec t{};
+    ::clock_gettime(clock, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct Run {
+    double per_s = 0.0;
+    double cpu_us = 0.0;
+    double p50_us = 0.0;
+    double p99_us = 0.0;
+};
+
+Run measure(int count, const std::function<void()>& transaction)
+{
+    std::vector<double> took;
+    took.reserve(static_cast<std::size_t>(count));
+    for (int i = 0; i < count / 10; ++i)
+        transaction();
+    const double cpu = now_s(CLOCK_PROCESS_CPUTIME_ID);
+    const double start = now_s(CLOCK_MONOTONIC);
+    for (double before = start; took.size() < static_cast<std::size_t>(count);) {
+        transaction();
+        const double after = now_s(CLOCK_MONOTONIC);
+        took.push_back(1e6 * (after - before));
+        before = after;
+    }
+    Run run{.per_s = count / (now_s(CLOCK_MONOTONIC) - start),
+            .cpu_us = 1e6 * (now_s(CLOCK_PROCESS_CPUTIME_ID) - cpu) / count};
+    std::ranges::sort(took);
+    run.p50_us = took[took.size() / 2];
+    run.p99_us = took[took.size() * 99 / 100];
+    return run;
+}
+
+void fail_with(std::string_view what)
+{
+    fmt::print(stderr, "bus_bench: {}\n", what);
+    std::exit(1);
+}
+
+/// The bare ping-pong on the same device.
+void ping_pong(int fd, std::span<const std::uint8_t> request, std::size_t reply_size)
+{
+    std::array<std::uint8_t, 64> heard;
+    if (::write(fd, request.data(), request.size()) < 0)
+        fail_with("the pseudo terminal takes nothing");
+    for (std::size_t count = 0; count < reply_size;) {
+        pollfd polled{.fd = fd, .events = POLLIN, .revents = 0};
+        const timespec limit{.tv_sec = 1, .tv_nsec = 0};
+        ::ppoll(&polled, 1, &limit, nullptr);
+        const ssize_t got = ::read(fd, heard.data(), heard.size());
+        if (got > 0)
+            count += static_cast<std::size_t>(got);
+    }
+}
+
+struct Ratio {
+    std::vector<double> rate, cpu, p99;
+    void add(const Run& run, const Run& floor)
+    {
+        rate.push_back(run.per_s / floor.per_s);
+        cpu.push_back(run.cpu_us / floor.cpu_us);
+        p99.push_back(run.p99_us / floor.p99_us);
+    }
+    static std::string spread(std::vector<double>& all)
+    {
+        std::ranges::sort(all);
+        return fmt::format("{:.2f} ({:.2f}-{:.2f})", all[all.size() / 2], all.front(), all.back());
+    }
+    void print(std::string_view name)
+    {
+        fmt::print("  {:<34} {:>18} {:>18} {:>18}\n", name, spread(rate), spread(cpu), spread(p99));
+    }
+};
+
+void serial(int rounds, Duration after)
+{
+    constexpr int id = 5;
+    const int count = after > Duration{} ? 500 : 2000;
+    const auto request = *wire::encode_request(id, nuri::RequestPositionFeedback{});
+    const auto reply = *wire::encode_reply<nuri::RequestPositionFeedback>(id, {.position = 4711});
+    const auto peer = support::Peer::on_pty(request.size, reply.bytes(), after);
+    link::RealClock clock;
+    auto link = link::open_serial({.device = peer.device, .bit_rate = 1'000'000}, clock);
+    if (!link)
+        fail_with(to_sentence(link.error()));
+    const int fd = (*link)->handle();
+    bus::Bus bus("bench", link::AnyLink{std::move(*link)}, clock, nuri::protocol(), {.paced = false});
+    Ratio of_bus;
+    Ratio of_floor;
+    for (int i = 0; i < rounds; ++i) {
+        const Run floor = measure(count, [&] { ping_pong(fd, request.bytes(), reply.size); });
+        const Run ours = measure(count, [&] {
+            if (!bus.call(id, nuri::RequestPositionFeedback{}))
+                fail_with("no answer");
+        });
+        const Run again = measure(count, [&] { ping_pong(fd, request.bytes(), reply.size); });
+        of_bus.add(ours, floor);
+        of_floor.add(again, floor);
+    }
+    fmt::print("pty, device answers after {} µs        {:>18} {:>18} {:>18}\n", after.count() / 1000, "rate",
+               "client CPU", "p99");
+    of_bus.print("bus.call / floor");
+    of_floor.print("floor again / floor");
+}
+
+void cycles(int rounds)
+{
+    const auto peer = support::Peer::on_socket();
+    link::RealClock clock;
+    std::unique_ptr<link::CanLink> link = std::make_unique<support::SocketFrames>(peer.fd, clock);
+    bus::Bus bus("bench", link::AnyLink{std::move(link)}, clock, rmd::protocol());
+    std::vector<wire::Request> requests;
+    for (int id = 1; id <= 32; ++id)
+        requests.push_back(*wire::make_request(id, rmd::ReadStatus2{}));
+    std::vector<bus::Result> results(requests.size());
+    const auto cycle = [&](std::size_t size) {
+        return measure(1000,
+                       [&, size] {
+                           (void)bus.exchange(std::span(requests).first(size), std::span(results).first(size));
+                           for (std::size_t i = 0; i < size; ++i)
+                               if (!results[i].good)
+                                   fail_with("no answer");
+                       })
+            .p50_us;
+    };
+    std::vector<double> twelve;
+    std::vector<double> thirty_two;
+    for (int i = 0; i < rounds; ++i) {
+        const double one = cycle(1);
+        twelve.push_back(cycle(12) / one);
+        thirty_two.push_back(cycle(32) / one);
+    }
+    fmt::print("socket, a cycle / one exchange (p50): 12 motors {}, 32 motors {}\n", Ratio::spread(twelve),
+               Ratio::spread(thirty_two));
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 15;
+    fmt::print("\nbus, {} rounds: median (least-most)\n", rounds);
+    serial(rounds, Duration{});
+    serial(rounds, 250us);
+    cycles(rounds);
+    return 0;
+}
