@@ -154,6 +154,7 @@ private:
     Next next_can(TimePoint now);
     void gather(TimePoint now);
     void release(const wire::Request& request);
+    TimePoint last_due() const;
 
     const wire::Protocol& protocol_;
     const bool bare_; // replies

@@ -7,8 +7,12 @@ namespace sinew::bus {
 
 Conversation::Next Conversation::next_can(TimePoint now)
 {
-    if (stop_due_) [[unlikely]]
+    if (stop_due_) [[unlikely]] {
+        const TimePoint clear = last_due();
+        if (now < clear)
+            return {.deadline = clear};
         cut_in(now);
+    }
     TimePoint deadline = TimePoint::max();
     if (sent_count_ > 0)
         for (std::size_t i = 0; i < requests_.size(); ++i) {
@@ -25,6 +29,16 @@ Conversation::Next Conversation::next_can(TimePoint now)
     if (waiting_count_ > 0)
         gather(now);
     return {.transmit = std::span(outbox_).first(outbox_size_), .deadline = deadline, .done = open_ == 0};
+}
+
+/// When all that is outstanding has had its time on the wire.
+TimePoint Conversation::last_due() const
+{
+    TimePoint last{};
+    for (const Result& result : results_)
+        if (sent_count_ > 0 && result.stage == Result::Stage::sent)
+            last = std::max(last, result.due);
+    return last;
 }
 
 /// It is outstanding no more.

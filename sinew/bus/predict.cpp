@@ -39,10 +39,13 @@ Duration predict_cycle(const Line& line, std::span<const wire::Request> requests
 StopBound predict_stop(const Line& line, std::span<const wire::Request> running, std::span<const wire::Request> stop)
 {
     StopBound bound;
+    Duration queued{};
     for (const auto& request : running) {
         const Exchange one = predict(line, request);
-        bound.begins = line.can ? bound.begins + one.wire() : std::max(bound.begins, one.total());
+        queued += line.can ? one.wire() : Duration{};
+        bound.begins = std::max(bound.begins, line.can ? one.response : one.total());
     }
+    bound.begins += queued;
     if (stop.empty()) {
         bound.first = bound.ends = bound.begins;
         return bound;

@@ -74,8 +74,8 @@ TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
     EXPECT_EQ(bound.ends, bound.begins + 400us + 1800us);
 
     const std::vector queued{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
-    EXPECT_EQ(predict_stop(can, queued, {}).begins, 4 * frame_time(can, 2));
-    EXPECT_EQ(predict_stop(can, queued, {}).ends, 4 * frame_time(can, 2));
+    EXPECT_EQ(predict_stop(can, queued, {}).begins, 4 * frame_time(can, 2) + 3ms);
+    EXPECT_EQ(predict_stop(can, queued, {}).ends, 4 * frame_time(can, 2) + 3ms);
     EXPECT_EQ(predict_stop(serial, {}, stop).begins, 0ms);
 }
 
