@@ -4,6 +4,7 @@
 Run from the top of the tree: python3 tests/fuzz/make_corpus.py
 """
 import json
+import struct
 from pathlib import Path
 
 DATA = Path("tests/conformance/data")
@@ -16,7 +17,37 @@ def write(target: str, name: str, content: bytes) -> None:
     (folder / name).write_bytes(content)
 
 
+def block(kind: int, body: bytes) -> bytes:
+    """A block of a pcapng file."""
+    body += bytes(-len(body) % 4)
+    size = struct.pack("<I", len(body) + 12)
+    return struct.pack("<I", kind) + size + body + size
+
+
+def recordings() -> None:
+    log = (b"(1436509052.249713) can0 141#9A00000000000000 T\n(1436509052.25) can0 141#9A1E000900000000 R\n"
+           b"# odd ones\n(1.000000001) can0 12345678#R\n(2) can0 20000004#0010000000000000\n(3.0) can0 141##0AA\n")
+    for piece in (0, 255):
+        write("candump", f"log-{piece}", bytes([piece]) + log)
+    write("candump", "cut", b"\xff" + log[:70])
+    resolution = struct.pack("<HHB3xHH", 9, 1, 9, 0, 0)
+    can = block(1, struct.pack("<HHIHH4s", 227, 0, 0, 2, 4, b"legs") + resolution)
+    serial = block(1, struct.pack("<HHIHH4s", 147, 0, 0, 2, 4, b"left") + resolution)
+    section = block(0x0A0D0D0A, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1))
+
+    def packet(interface: int, data: bytes, direction: int) -> bytes:
+        fixed = struct.pack("<5I", interface, 0x13EF, 0x51112222, len(data), len(data)) + data + bytes(-len(data) % 4)
+        return block(6, fixed + struct.pack("<HHIHH4sHH", 2, 4, direction, 1, 4, b"late", 0, 0))
+
+    file = (section + can + serial + packet(0, bytes.fromhex("0000014108000000" "9A00000000000000"), 2)
+            + packet(1, bytes.fromhex("FFE0C201000023"), 2) + packet(1, b"\1\1", 1))
+    for piece in (0, 255):
+        write("pcapng", f"file-{piece}", bytes([piece]) + file)
+    write("pcapng", "cut", b"\xff" + file[:-9])
+
+
 def main() -> None:
+    recordings()
     vectors = [v for name in ("vectors", "derived") for v in json.loads((DATA / f"{name}.json").read_text())]
     streams: dict[str, list[bytes]] = {"sam": [], "nuri": []}
     for v in vectors:
