@@ -1,6 +1,7 @@
 #include "apps/cli/capture.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/record/candump.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -10,7 +11,6 @@
 namespace sinew::cli {
 namespace {
 
-constexpr std::uint32_t highest_identifier = 0x7FF;
 constexpr std::string_view blanks = " \t\r";
 
 std::vector<std::string_view> words_of(std::string_view line)
@@ -25,45 +25,20 @@ std::vector<std::string_view> words_of(std::string_view line)
     return out;
 }
 
-std::expected<std::uint32_t, Error> identifier(std::string_view word)
-{
-    std::uint32_t id = 0;
-    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), id, 16);
-    if (problem != std::errc{} || end != word.data() + word.size())
-        return fail(Errc::bad_hex, fmt::format("'{}' is no CAN identifier in hex", word));
-    if (id > highest_identifier)
-        return fail(Errc::bad_hex,
-                    fmt::format("the identifier {:X} is an extended one (29 bits); no family uses those", id));
-    return id;
-}
-
-std::expected<Captured, Error> can_frame(std::string_view id_word, const std::vector<std::uint8_t>& data)
-{
-    const auto id = identifier(id_word);
-    if (!id)
-        return std::unexpected(id.error());
-    if (data.size() > 8)
-        return fail(Errc::bad_hex, fmt::format("{} bytes; a CAN frame has 8 at most", data.size()));
-    wire::Frame frame{.can_id = *id, .size = static_cast<std::uint8_t>(data.size())};
-    std::ranges::copy(data, frame.data.begin());
-    return frame;
-}
-
 /// 141#A200000028230000
-std::expected<Captured, Error> compact(std::string_view word)
+std::expected<Captured, Error> plain_frame(std::string_view word)
 {
-    const auto hash = word.find('#');
-    const auto data = word.substr(hash + 1);
-    if (data.starts_with('#'))
-        return fail(Errc::bad_hex, fmt::format("'{}' is a CAN FD frame; no family uses those", word));
-    if (data.starts_with('R') || data.starts_with('r'))
+    auto captured = record::parse_can(word);
+    if (!captured)
+        return captured;
+    if (captured->kind == Captured::Kind::can_remote)
         return fail(Errc::bad_hex, fmt::format("'{}' is a remote request, which carries nothing", word));
-    if (data.empty())
-        return can_frame(word.substr(0, hash), {});
-    std::string plain(data);
-    std::erase(plain, '.');
-    const auto bytes = from_hex(plain);
-    return bytes ? can_frame(word.substr(0, hash), *bytes) : std::unexpected(bytes.error());
+    if (captured->kind == Captured::Kind::can_error)
+        return fail(Errc::bad_hex, fmt::format("'{}' is an error frame, which no device has sent", word));
+    if (captured->extended)
+        return fail(Errc::bad_hex, fmt::format("the identifier {:X} is an extended one (29 bits); no family uses those",
+                                               captured->frame.can_id));
+    return captured;
 }
 
 /// The number in "[8]".
@@ -90,7 +65,10 @@ std::expected<Captured, Error> spread(const std::vector<std::string_view>& words
         return std::unexpected(bytes.error());
     if (bytes->size() != count)
         return fail(Errc::bad_hex, fmt::format("{} bytes follow where {} says {}", bytes->size(), words[at], count));
-    return can_frame(words[at - 1], *bytes);
+    std::string word = fmt::format("{}#", words[at - 1]);
+    for (const std::uint8_t byte : *bytes)
+        word += fmt::format("{:02X}", byte);
+    return plain_frame(word);
 }
 
 } // namespace
@@ -102,12 +80,12 @@ std::expected<Captured, Error> parse_capture(std::string_view line)
         if (length(words[i]))
             return spread(words, i);
         if (words[i].find('#') != std::string_view::npos)
-            return compact(words[i]);
+            return plain_frame(words[i]);
     }
     auto bytes = from_hex(line);
     if (!bytes)
         return std::unexpected(bytes.error());
-    return *std::move(bytes);
+    return Captured{.bytes = *std::move(bytes)};
 }
 
 std::vector<Line> lines_of(std::string_view text)

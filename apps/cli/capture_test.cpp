@@ -9,8 +9,7 @@ wire::Frame frame_of(std::string_view line)
 {
     const auto captured = parse_capture(line);
     EXPECT_TRUE(captured.has_value()) << line << ": " << (captured ? "" : to_sentence(captured.error()));
-    return captured && std::holds_alternative<wire::Frame>(*captured) ? std::get<wire::Frame>(*captured)
-                                                                      : wire::Frame{};
+    return captured && captured->is_can() ? captured->frame : wire::Frame{};
 }
 
 constexpr wire::Frame speed{.can_id = 0x141, .size = 8, .data = {0xA2, 0, 0, 0, 0x28, 0x23, 0, 0}};
@@ -33,7 +32,7 @@ TEST(Capture, ReadsBytesInHex)
 {
     const auto captured = parse_capture("FF e0 0xC2 01");
     ASSERT_TRUE(captured.has_value());
-    EXPECT_EQ(std::get<std::vector<std::uint8_t>>(*captured), (std::vector<std::uint8_t>{0xFF, 0xE0, 0xC2, 1}));
+    EXPECT_EQ(captured->bytes, (std::vector<std::uint8_t>{0xFF, 0xE0, 0xC2, 1}));
 }
 
 TEST(Capture, RefusesWithTheReason)

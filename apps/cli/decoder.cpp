@@ -15,29 +15,6 @@ using wire::MessageInfo;
 
 constexpr Direction both[] = {Direction::request, Direction::reply};
 
-/// What frames are read with: a device that nobody has named an id for.
-std::expected<Device, Error> reader(const Family& family, const DecodeOptions& options)
-{
-    const auto line = profile_named(family, options.profile);
-    if (!line)
-        return std::unexpected(line.error());
-    Device out{.family = &family, .asked_line = *line};
-    if (options.model.empty() && family.name == "sam")
-        return out;
-    auto spec = make_spec(family, options.model, options.profile, family.default_id);
-    if (!spec)
-        return std::unexpected(spec.error());
-    out.spec = std::move(*spec);
-    return out;
-}
-
-Frame to_frame(std::span<const std::uint8_t> bytes)
-{
-    Frame frame{.size = static_cast<std::uint8_t>(std::min(bytes.size(), Frame::capacity))};
-    std::ranges::copy(bytes.first(frame.size), frame.data.begin());
-    return frame;
-}
-
 /// Reads the frame as one message and adds the reading or the error.
 void read_as(const Device& device, const MessageInfo& message, Direction direction, Decoded& out)
 {
@@ -46,24 +23,6 @@ void read_as(const Device& device, const MessageInfo& message, Direction directi
         out.readings.push_back({direction, &message, values->id, show(device, message, values->values)});
     else if (!out.error)
         out.error = values.error();
-}
-
-Decoded read_frame(const Device& device, const Frame& frame, const DecodeOptions& options)
-{
-    Decoded out{.family = device.family, .frame = frame, .bytes = {frame.bytes().begin(), frame.bytes().end()}};
-    for (const auto direction : both) {
-        if (options.only && *options.only != direction)
-            continue;
-        if (const auto* message = device.family->protocol->identify(frame, direction, device.line()))
-            read_as(device, *message, direction, out);
-    }
-    if (!out.readings.empty())
-        out.error.reset();
-    else if (!out.error)
-        out.error = Error{
-            .code = Errc::bad_reply,
-            .detail = fmt::format("no message of {} ({}) looks like this", device.family->name, device.line().name)};
-    return out;
 }
 
 /// Why bytes are no frame: the message that their selecting bytes name says what is wrong with the rest.
@@ -91,10 +50,7 @@ std::vector<Decoded> read_stream(const Device& device, std::span<const std::uint
     std::vector<Decoded> out;
     const auto garbage = [&](std::span<const std::uint8_t> part) {
         if (!part.empty())
-            out.push_back({.family = device.family,
-                           .frame = to_frame(part),
-                           .bytes = {part.begin(), part.end()},
-                           .error = explain(device, part)});
+            out.push_back(no_frame(device, part));
     };
     std::size_t skipped = 0;
     while (skipped < bytes.size()) {
@@ -102,7 +58,7 @@ std::vector<Decoded> read_stream(const Device& device, std::span<const std::uint
         if (scan.size == 0)
             break;
         garbage(bytes.subspan(skipped, scan.skip));
-        out.push_back(read_frame(device, to_frame(bytes.subspan(skipped + scan.skip, scan.size)), options));
+        out.push_back(decode_frame(device, to_frame(bytes.subspan(skipped + scan.skip, scan.size)), options.only));
         skipped += scan.skip + scan.size;
     }
     garbage(bytes.subspan(skipped));
@@ -118,17 +74,13 @@ std::expected<std::vector<Decoded>, Error> read_replies(const Device& device, co
     if (!(*message)->reply.exists())
         return fail(Errc::bad_argument, fmt::format("{} has no answer", (*message)->name()));
     std::vector<Decoded> out;
-    const auto add = [&](const Frame& frame) {
-        Decoded one{.family = device.family, .frame = frame, .bytes = {frame.bytes().begin(), frame.bytes().end()}};
-        read_as(device, **message, Direction::reply, one);
-        out.push_back(std::move(one));
-    };
-    if (const auto* frame = std::get_if<Frame>(&captured)) {
-        add(*frame);
+    const auto add = [&](const Frame& frame) { out.push_back(decode_reply(device, **message, frame)); };
+    if (captured.is_can()) {
+        add(captured.frame);
         return out;
     }
     // A row of answers is cut to size; what is left over is too short and says so.
-    std::span<const std::uint8_t> bytes = std::get<std::vector<std::uint8_t>>(captured);
+    std::span<const std::uint8_t> bytes = captured.bytes;
     while (!bytes.empty()) {
         const auto part = bytes.first(std::min<std::size_t>(bytes.size(), (*message)->reply.size));
         add(to_frame(part));
@@ -139,11 +91,66 @@ std::expected<std::vector<Decoded>, Error> read_replies(const Device& device, co
 
 } // namespace
 
+std::expected<Device, Error> reader(const Family& family, const DecodeOptions& options)
+{
+    const auto line = profile_named(family, options.profile);
+    if (!line)
+        return std::unexpected(line.error());
+    Device out{.family = &family, .asked_line = *line};
+    if (options.model.empty() && family.name == "sam")
+        return out;
+    auto spec = make_spec(family, options.model, options.profile, family.default_id);
+    if (!spec)
+        return std::unexpected(spec.error());
+    out.spec = std::move(*spec);
+    return out;
+}
+
+Frame to_frame(std::span<const std::uint8_t> bytes)
+{
+    Frame frame{.size = static_cast<std::uint8_t>(std::min(bytes.size(), Frame::capacity))};
+    std::ranges::copy(bytes.first(frame.size), frame.data.begin());
+    return frame;
+}
+
+Decoded decode_frame(const Device& device, const Frame& frame, std::optional<Direction> only)
+{
+    Decoded out{.family = device.family, .frame = frame, .bytes = {frame.bytes().begin(), frame.bytes().end()}};
+    for (const auto direction : both) {
+        if (only && *only != direction)
+            continue;
+        if (const auto* message = device.family->protocol->identify(frame, direction, device.line()))
+            read_as(device, *message, direction, out);
+    }
+    if (!out.readings.empty())
+        out.error.reset();
+    else if (!out.error)
+        out.error = Error{
+            .code = Errc::bad_reply,
+            .detail = fmt::format("no message of {} ({}) looks like this", device.family->name, device.line().name)};
+    return out;
+}
+
+Decoded decode_reply(const Device& device, const MessageInfo& message, const Frame& frame)
+{
+    Decoded out{.family = device.family, .frame = frame, .bytes = {frame.bytes().begin(), frame.bytes().end()}};
+    read_as(device, message, Direction::reply, out);
+    return out;
+}
+
+Decoded no_frame(const Device& device, std::span<const std::uint8_t> bytes)
+{
+    return {.family = device.family,
+            .frame = to_frame(bytes),
+            .bytes = {bytes.begin(), bytes.end()},
+            .error = explain(device, bytes)};
+}
+
 const Family* guess_family(const Captured& captured)
 {
-    if (std::holds_alternative<Frame>(captured))
+    if (captured.is_can())
         return find_family("rmd");
-    const auto& bytes = std::get<std::vector<std::uint8_t>>(captured);
+    const auto& bytes = captured.bytes;
     constexpr std::uint8_t nuri_header[] = {0xFF, 0xFE};
     if (!std::ranges::search(bytes, nuri_header).empty())
         return find_family("nuri");
@@ -156,7 +163,7 @@ std::expected<std::vector<Decoded>, Error> decode(const Captured& captured, cons
     if (family == nullptr)
         return fail(Errc::bad_argument, "no header of a family in these bytes; say --family, and for answers of SAM "
                                         "--reply-to MESSAGE as well");
-    const bool is_frame = std::holds_alternative<Frame>(captured);
+    const bool is_frame = captured.is_can();
     if (family->can != is_frame)
         return fail(Errc::bad_argument,
                     family->can ? fmt::format("{} is on CAN: write its frames with their identifier, such as "
@@ -169,8 +176,8 @@ std::expected<std::vector<Decoded>, Error> decode(const Captured& captured, cons
     if (!options.reply_to.empty())
         return read_replies(*device, captured, options);
     if (is_frame)
-        return std::vector{read_frame(*device, std::get<Frame>(captured), options)};
-    return read_stream(*device, std::get<std::vector<std::uint8_t>>(captured), options);
+        return std::vector{decode_frame(*device, captured.frame, options.only)};
+    return read_stream(*device, captured.bytes, options);
 }
 
 } // namespace sinew::cli

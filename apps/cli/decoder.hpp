@@ -38,4 +38,17 @@ const Family* guess_family(const Captured& captured);
 /// All frames in what was captured, in order. Fails only where the options cannot be right.
 std::expected<std::vector<Decoded>, Error> decode(const Captured& captured, const DecodeOptions& options);
 
+// ---- for who listens to a conversation and knows more than the bytes ----
+
+/// What frames of a family are read with: a device that nobody has named an id for.
+std::expected<Device, Error> reader(const Family& family, const DecodeOptions& options);
+/// One frame in the ways that it can be read; `only` where its direction is known.
+Decoded decode_frame(const Device& device, const wire::Frame& frame, std::optional<wire::Direction> only);
+/// A frame that answers `message`.
+Decoded decode_reply(const Device& device, const wire::MessageInfo& message, const wire::Frame& frame);
+/// Bytes that are no frame, and why.
+Decoded no_frame(const Device& device, std::span<const std::uint8_t> bytes);
+/// The bytes as a frame, cut to what fits.
+wire::Frame to_frame(std::span<const std::uint8_t> bytes);
+
 } // namespace sinew::cli

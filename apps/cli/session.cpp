@@ -15,14 +15,6 @@ constexpr std::string_view how_to_name_a_device =
     "name a joint with --robot FILE, or a link with --family and --id, such as serial:/dev/ttyUSB0?baud=1500000 "
     "--family sam --id 1";
 
-std::optional<std::string> robot_path(const Words& words)
-{
-    if (const auto given = words.text("--robot"))
-        return given;
-    const char* environment = std::getenv("SINEW_ROBOT");
-    return environment != nullptr && *environment != '\0' ? std::optional<std::string>(environment) : std::nullopt;
-}
-
 std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const std::string& path)
 {
     auto file = config::read_robot_file(path);
@@ -31,10 +23,10 @@ std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const 
     return std::make_shared<const config::RobotFile>(std::move(*file));
 }
 
-std::expected<std::string, Error> link_of(const std::map<std::string, std::string>& given,
-                                          const config::RobotFile& file, const ResolvedJoint& joint)
+std::expected<std::string, Error> link_of(const std::map<std::string, std::string>& given, const Device& device)
 {
-    const auto& bus = *joint.bus;
+    const auto& file = *device.file;
+    const auto& bus = *file.find_bus(device.joint->bus.value);
     const auto named = given.find(bus.name);
     const std::string link = named != given.end() ? named->second : bus.link ? bus.link->value : std::string{};
     if (link.empty())
@@ -44,11 +36,41 @@ std::expected<std::string, Error> link_of(const std::map<std::string, std::strin
                         "write link = \"...\" into the file",
                         bus.name, file.path, bus.name, file.path));
     const auto rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : 0;
-    return with_bit_rate(link, *joint.family, rate);
+    return with_bit_rate(link, *device.family, rate);
 }
 
 std::expected<std::vector<Device>, Error> joints_of(const Words& words, const std::string& path,
                                                     std::optional<std::string_view> only)
+{
+    auto all = devices_in(path);
+    if (!all)
+        return all;
+    std::vector<std::string_view> names;
+    for (const auto& device : *all)
+        names.push_back(device.joint->name);
+    if (only && std::ranges::find(names, *only) == names.end())
+        return fail(Errc::unknown_name,
+                    fmt::format("{} has no joint '{}'{}", path, *only,
+                                nearest(*only, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
+                                                              : did_you_mean(*only, names)));
+    if (only)
+        std::erase_if(*all, [&](const Device& device) { return device.joint->name != *only; });
+    if (auto given = give_links(words, *all); !given)
+        return std::unexpected(given.error());
+    return all;
+}
+
+} // namespace
+
+std::optional<std::string> robot_path(const Words& words)
+{
+    if (const auto given = words.text("--robot"))
+        return given;
+    const char* environment = std::getenv("SINEW_ROBOT");
+    return environment != nullptr && *environment != '\0' ? std::optional<std::string>(environment) : std::nullopt;
+}
+
+std::expected<std::vector<Device>, Error> devices_in(const std::string& path)
 {
     const auto file = read_robot(path);
     if (!file)
@@ -56,35 +78,31 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
     auto robot = resolve(**file);
     if (!robot)
         return std::unexpected(robot.error());
-    const auto given = given_links(words, **file);
-    if (!given)
-        return std::unexpected(given.error());
     std::vector<Device> out;
-    std::vector<std::string_view> names;
-    for (auto& joint : robot->joints) {
-        names.push_back(joint.joint->name);
-        if (only && *only != joint.joint->name)
-            continue;
-        auto link = link_of(*given, **file, joint);
-        if (!link)
-            return std::unexpected(link.error());
+    for (auto& joint : robot->joints)
         out.push_back({.name = joint.joint->name,
-                       .link = std::move(*link),
+                       .link = joint.bus->link ? joint.bus->link->value : std::string{},
                        .family = joint.family,
                        .id = sinew::id_of(joint.device),
                        .spec = std::move(joint.device),
                        .joint = joint.joint,
                        .file = *file});
-    }
-    if (only && out.empty())
-        return fail(Errc::unknown_name,
-                    fmt::format("{} has no joint '{}'{}", path, *only,
-                                nearest(*only, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                              : did_you_mean(*only, names)));
     return out;
 }
 
-} // namespace
+std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices)
+{
+    for (auto& device : devices) {
+        const auto given = given_links(words, *device.file);
+        if (!given)
+            return std::unexpected(given.error());
+        auto link = link_of(*given, device);
+        if (!link)
+            return std::unexpected(link.error());
+        device.link = std::move(*link);
+    }
+    return {};
+}
 
 bool is_link(std::string_view word)
 {

@@ -55,7 +55,13 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
 std::expected<Device, Error> target(const Words& words);
 /// All joints of the robot file that the options name.
 std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
-/// Whether the options or the environment name a robot file.
+/// The joints of a robot file, with the links that stand in it (empty: none).
+std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
+/// The links of the command line, else those of the robot file; `bad_argument` where neither says one.
+std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices);
+/// The robot file that the options or the environment name.
+std::optional<std::string> robot_path(const Words& words);
+/// Whether they name one.
 bool has_robot(const Words& words);
 
 /// Asks a device for its model where the words gave none and its scales depend on it. The device stays without a spec

@@ -23,6 +23,7 @@ constexpr std::string_view ending = ".sock";
 constexpr std::size_t longest = 64 * 1024; // one message each way; the first byte of an answer is + or -
 constexpr char good = '+';
 constexpr char bad = '-';
+constexpr std::string_view sniff_word = "sniff "; // then the bus, a newline and the robot file
 
 std::filesystem::path folder()
 {
@@ -60,6 +61,14 @@ link::Fd connect_to(const std::filesystem::path& path)
     if (!address || !fd || ::connect(fd.get(), generic(*address), sizeof *address) != 0)
         return {};
     return fd;
+}
+
+/// Two ways to write one file are one.
+std::string canonical(const std::string& path)
+{
+    std::error_code none;
+    const auto out = std::filesystem::weakly_canonical(path, none);
+    return none ? path : out.string();
 }
 
 struct Running {
@@ -103,6 +112,8 @@ std::expected<std::unique_ptr<SimControl>, Error> SimControl::open(sim::RealTime
         ::listen(control->socket_.get(), 4) != 0)
         return refused("cannot listen on", path);
     control->path_ = path;
+    control->zero_ = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now()) -
+                     simulator.world().now().time_since_epoch();
     control->handles_ = {link::Handle{control->socket_.get()}, link::Handle{prompt ? STDIN_FILENO : -1}};
     return control;
 }
@@ -117,6 +128,7 @@ void SimControl::show_prompt()
 
 SimControl::~SimControl()
 {
+    simulator_->set_tap(nullptr);
     if (!path_.empty())
         ::unlink(path_.c_str());
 }
@@ -136,7 +148,7 @@ void SimControl::hear(std::string_view sentence)
 
 void SimControl::serve_socket()
 {
-    const link::Fd client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    link::Fd client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
     if (!client)
         return;
     const timeval patience{.tv_sec = 0, .tv_usec = 20'000}; // who connects has its question ready
@@ -146,9 +158,48 @@ void SimControl::serve_socket()
     if (size <= 0)
         return;
     line.resize(static_cast<std::size_t>(size));
-    const auto answer = sim::respond(simulator_->world(), line);
+    const bool sniffs = line.starts_with(sniff_word);
+    const auto answer = sniffs ? begin_sniffing(std::string_view(line).substr(sniff_word.size()))
+                               : sim::respond(simulator_->world(), line);
     const std::string reply = answer ? good + *answer : bad + to_sentence(answer.error());
     static_cast<void>(::send(client.get(), reply.data(), std::min(reply.size(), longest), MSG_NOSIGNAL));
+    if (!sniffs || !answer)
+        return;
+    sniffers_.push_back({std::move(client), *answer, {}});
+    simulator_->set_tap([this](const auto& passed) { pass_on(passed); });
+}
+
+std::expected<std::string, Error> SimControl::begin_sniffing(std::string_view words)
+{
+    const auto end = std::min(words.find('\n'), words.size());
+    if (canonical(simulator_->world().file().path) != words.substr(std::min(end + 1, words.size())))
+        return fail(Errc::link_not_found, "this simulator runs another robot file");
+    const auto bus = simulator_->world().find_bus(words.substr(0, end));
+    if (!bus)
+        return std::unexpected(bus.error());
+    return (*bus)->name;
+}
+
+void SimControl::pass_on(const sim::RealTimeSimulator::Passed& passed)
+{
+    record::Captured captured{.at = zero_ + passed.at.time_since_epoch(),
+                              .bus = passed.bus->bus,
+                              .family = std::string(passed.bus->family),
+                              .direction = passed.direction};
+    if (passed.frame != nullptr) {
+        captured.kind = record::Captured::Kind::can;
+        captured.frame = *passed.frame;
+    } else {
+        captured.bytes.assign(passed.bytes.begin(), passed.bytes.end());
+    }
+    std::erase_if(sniffers_, [&](Sniffer& one) {
+        std::string piece;
+        if (one.bus != captured.bus || !one.writer.add(captured, piece))
+            return false;
+        // One that does not keep up loses frames; the robot does not wait for it.
+        const auto sent = ::send(one.fd.get(), piece.data(), piece.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        return sent < 0 && errno != EAGAIN && errno != EWOULDBLOCK;
+    });
 }
 
 void SimControl::serve_prompt()
@@ -217,6 +268,27 @@ std::expected<std::string, Error> ask_simulator(std::optional<std::int64_t> pid,
     if (reply.front() == bad)
         return fail(Errc::bad_argument, reply.substr(1));
     return reply.substr(1);
+}
+
+std::expected<link::Fd, Error> sniff_simulator(const std::string& robot, std::string_view bus)
+{
+    auto why = fail(Errc::link_not_found,
+                    fmt::format("no simulator of {} is running; start it with: sinew sim {}", robot, robot));
+    const std::string line = fmt::format("{}{}\n{}", sniff_word, bus, canonical(robot));
+    for (auto& one : running()) {
+        if (::send(one.fd.get(), line.data(), line.size(), MSG_NOSIGNAL) < 0)
+            continue;
+        std::string reply(longest, '\0');
+        const timeval patience{.tv_sec = 2, .tv_usec = 0};
+        ::setsockopt(one.fd.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+        const ssize_t size = ::recv(one.fd.get(), reply.data(), reply.size(), 0);
+        if (size > 0 && reply.front() == good)
+            return std::move(one.fd);
+        reply.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+        if (reply.find("another robot file") == std::string::npos && size > 0)
+            why = fail(Errc::link_not_found, reply.substr(1));
+    }
+    return why;
 }
 
 } // namespace sinew::cli

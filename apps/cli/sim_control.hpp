@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/base/error.hpp"
 #include "sinew/link/descriptor.hpp"
+#include "sinew/record/pcapng.hpp"
 #include "sinew/sim/real_time.hpp"
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// How people talk to a simulator that runs: at its own prompt, and from other processes through a socket in
 /// `$XDG_RUNTIME_DIR/sinew` (else a folder of the user in /tmp), one for each simulator by its process id.
@@ -35,7 +37,15 @@ private:
         : simulator_(&simulator), prompts_(prompt), on_quit_(std::move(on_quit))
     {
     }
+    /// Somebody who listens to one bus; each message to it is a piece of a pcapng file.
+    struct Sniffer {
+        link::Fd fd;
+        std::string bus;
+        record::PcapngWriter writer;
+    };
     void serve_socket();
+    std::expected<std::string, Error> begin_sniffing(std::string_view words);
+    void pass_on(const sim::RealTimeSimulator::Passed& passed);
     void serve_prompt();
     void tell_lateness();
 
@@ -47,7 +57,13 @@ private:
     std::array<link::Handle, 2> handles_{};
     std::string typed_;
     std::uint64_t late_told_ = 0;
+    std::vector<Sniffer> sniffers_;
+    record::Time zero_{}; // the time of day at the power-on of the world
 };
+
+/// A connection on which the simulator that runs this robot file tells what passes on a bus, as pieces of a pcapng
+/// file, until it ends. `link_not_found` when none runs that has the bus; an empty bus is the only one.
+std::expected<link::Fd, Error> sniff_simulator(const std::string& robot, std::string_view bus);
 
 /// One line for the simulator that runs, and its answer. `link_not_found` when none runs; `bad_argument` when several
 /// do and no process id says which.

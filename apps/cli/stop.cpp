@@ -1,5 +1,5 @@
 #include "apps/cli/exit_codes.hpp"
-#include "apps/cli/fields.hpp"
+#include "apps/cli/forecast.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/present.hpp"
 
@@ -36,18 +36,9 @@ std::expected<std::string, Error> stop_one(Session& session, Device device, bool
 std::expected<std::string, Error> stop_line(Session& session, const Device& everybody)
 {
     const bool is_sam = everybody.family->name == "sam";
-    const auto message =
-        message_named(*everybody.family, everybody.line(), is_sam ? "quick-brake-mode" : "set-control-on-off");
-    if (!message)
-        return std::unexpected(message.error());
-    const std::vector<std::string> off{"control=off"};
-    const auto values = values_from(everybody, **message, is_sam ? std::span<const std::string>{} : off);
-    if (!values)
-        return std::unexpected(values.error());
-    auto asked = request(everybody, **message, *values);
+    const auto asked = broadcast_stop(everybody);
     if (!asked)
         return std::unexpected(asked.error());
-    asked->answered = false;
     const auto bus = session.bus_of(everybody);
     if (!bus)
         return std::unexpected(bus.error());

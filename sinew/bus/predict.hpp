@@ -60,8 +60,9 @@ constexpr Exchange predict(const Line& line, const wire::Request& request, Stuff
             .replies = replies > 0 ? replies * frame_time(line, request.message->reply.size, stuffing) : Duration{}};
 }
 
-/// The shortest time in which the wire carries all requests once: one after the other on serial lines; on CAN back to
-/// back, one outstanding per identifier, so that only the longest chain of response times counts.
+/// The time in which the wire carries all requests once: one after the other on serial lines; on CAN back to back, one
+/// outstanding per identifier, the lowest identifier first, so that response times count only where nobody else has
+/// anything to send. Asks the heap.
 Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, Stuffing stuffing = Stuffing::most);
 
 /// How late a stop is at worst, counted from the moment at which it was asked for.

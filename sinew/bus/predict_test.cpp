@@ -52,14 +52,26 @@ TEST(Predict, ACycleOnASerialLineIsTheSumOfItsExchanges)
     EXPECT_EQ(predict_cycle(serial, requests), 2 * 800us + 4ms);
 }
 
-TEST(Predict, ACycleOnCanWaitsForTheLongestChainOfResponsesAlone)
+TEST(Predict, ACycleOnCanWaitsForResponsesOnlyWhereTheWireIsIdle)
 {
+    const Duration frame = frame_time(can, 2);
+    const Duration space = 3us;
+    EXPECT_EQ(predict_cycle(can, std::vector{ask(1, fake::CanRead{}, 1ms)}), 2 * frame + 1ms - space);
+    // The shorter response passes while the longer one is waited for.
     const std::vector apart{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
-    const Duration frames = 4 * frame_time(can, 2);
-    EXPECT_EQ(predict_cycle(can, apart), frames + 3ms);
+    EXPECT_EQ(predict_cycle(can, apart), 3 * frame + 3ms - space);
+    // One identifier: one after the other.
     const std::vector shared{ask(1, fake::CanRead{}, 1ms), ask(1, fake::CanRead{}, 3ms)};
-    EXPECT_EQ(predict_cycle(can, shared), frames + 4ms);
+    EXPECT_EQ(predict_cycle(can, shared), 4 * frame + 4ms - 2 * space);
     EXPECT_LT(predict_cycle(can, apart, Stuffing::least), predict_cycle(can, apart));
+}
+
+TEST(Predict, ABusyCanHidesAllResponsesButTheLast)
+{
+    std::vector<wire::Request> many;
+    for (int id = 0; id <= 9; ++id)
+        many.push_back(ask(id, fake::CanRead{}, 20us));
+    EXPECT_EQ(predict_cycle(can, many), 20 * frame_time(can, 2) + 20us - 3us);
 }
 
 TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)

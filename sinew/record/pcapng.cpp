@@ -201,7 +201,7 @@ std::expected<void, std::string> PcapngReader::read_interface(Bytes body)
     constexpr std::size_t fixed = 8;
     Interface out;
     // It counts even where it cannot be read: packets refer to it by its number.
-    interfaces_.push_back(out);
+    interfaces_.emplace_back();
     if (body.size() < fixed)
         return std::unexpected("an interface description that is too short");
     out.link_type = static_cast<std::uint16_t>(number(body, 0, 2));
@@ -224,7 +224,8 @@ std::expected<void, std::string> PcapngReader::read_interface(Bytes body)
             }
             return {};
         });
-    interfaces_.back() = std::move(out);
+    if (read)
+        interfaces_.back() = std::move(out);
     return read;
 }
 
@@ -264,7 +265,9 @@ std::expected<Captured, std::string> PcapngReader::read_packet(Bytes body) const
         return std::unexpected(fmt::format("a packet of {} bytes in a block that has {}", size, body.size() - fixed));
     if (number(body, 16, 4) != size)
         return std::unexpected(fmt::format("a packet of {} bytes of which {} were kept", number(body, 16, 4), size));
-    const Interface& interface = interfaces_[index];
+    if (!interfaces_[index])
+        return std::unexpected(fmt::format("a packet of interface {}, whose description could not be read", index));
+    const Interface& interface = *interfaces_[index];
     const std::uint64_t high = number(body, 4, 4);
     const auto at = time_of(interface, high << 32 | number(body, 8, 4));
     if (!at)

@@ -47,7 +47,7 @@ private:
     bool big_endian_ = false;
     bool ended_ = false;
     bool broken_ = false;
-    std::vector<Interface> interfaces_;
+    std::vector<std::optional<Interface>> interfaces_; // nothing: its description could not be read
 };
 
 class PcapngWriter final : public Writer

@@ -214,6 +214,18 @@ TEST(Pcapng, SaysWhatIsWrongWithAFile)
     EXPECT_NE(with(starts[2] + 28 + 4, 9).find("CAN FD"), std::string::npos);
 }
 
+TEST(Pcapng, ReadsNoPacketWithAResolutionOfTimeThatCannotBe)
+{
+    std::string file = written({traffic[0], traffic[1]});
+    const auto starts = blocks(file);
+    file[file.find(std::string("\x09\x00\x01\x00\x09", 5)) + 4] = static_cast<char>(0x80 | 120);
+    const auto got = read(file);
+    EXPECT_EQ(got.frames, std::vector{traffic[1]});
+    ASSERT_EQ(got.errors.size(), 2U);
+    EXPECT_EQ(got.errors[0], "offset " + std::to_string(starts[1]) + ": a resolution of time of 0xf8");
+    EXPECT_NE(got.errors[1].find("whose description could not be read"), std::string::npos);
+}
+
 TEST(Pcapng, WritesOneInterfacePerBus)
 {
     const std::string file = written({traffic[0], traffic[0], traffic[1], traffic[0]});

@@ -98,12 +98,15 @@ void RealBytePort::take_in(TimePoint now)
         const auto arrival = end_->read(std::span(in).first(room));
         if (!arrival || arrival->count == 0)
             return;
-        wire_->host_sends(std::span(in).first(arrival->count), bit_rate_, now);
+        const auto bytes = std::span(in).first(arrival->count);
+        wire_->host_sends(bytes, bit_rate_, now);
+        tell(wire::Direction::request, bytes, now);
     }
 }
 
-void RealBytePort::on_bytes(std::span<const std::uint8_t> bytes, TimePoint)
+void RealBytePort::on_bytes(std::span<const std::uint8_t> bytes, TimePoint at)
 {
+    tell(wire::Direction::reply, bytes, at);
     for (const std::uint8_t byte : bytes.first(std::min(bytes.size(), heard_.size() - heard_size_)))
         heard_[heard_size_++] = byte;
 }
@@ -130,13 +133,18 @@ void RealSlcanPort::take_in(TimePoint now)
         const auto arrival = end_->read(in);
         if (!arrival || arrival->count == 0)
             return;
-        adapter_.take(std::span(in).first(arrival->count),
-                      [&](const wire::Frame& frame) { return wire_->host_sends(frame, adapter_.bit_rate(), now); });
+        adapter_.take(std::span(in).first(arrival->count), [&](const wire::Frame& frame) {
+            const bool sent = wire_->host_sends(frame, adapter_.bit_rate(), now);
+            if (sent)
+                tell(wire::Direction::request, frame, now);
+            return sent;
+        });
     }
 }
 
-void RealSlcanPort::on_frame(const wire::Frame& frame, TimePoint)
+void RealSlcanPort::on_frame(const wire::Frame& frame, TimePoint at)
 {
+    tell(wire::Direction::reply, frame, at);
     adapter_.offer(frame);
 }
 
@@ -194,11 +202,13 @@ void RealCanPort::take_in(TimePoint now)
         if (arrival->count == 0)
             return;
         wire_->host_sends(frame, bit_rate(), now);
+        tell(wire::Direction::request, frame, now);
     }
 }
 
-void RealCanPort::on_frame(const wire::Frame& frame, TimePoint)
+void RealCanPort::on_frame(const wire::Frame& frame, TimePoint at)
 {
+    tell(wire::Direction::reply, frame, at);
     if (heard_size_ < heard_.size())
         heard_[heard_size_++] = frame;
 }

@@ -4,6 +4,7 @@
 #include "sinew/sim/world.hpp"
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -26,6 +27,26 @@ public:
     virtual void hand_out() = 0;
     /// A sentence for a person, once: what happened outside. Empty: nothing.
     virtual std::string news() { return {}; }
+
+    /// Told of all that programs send and are sent: bytes, or a CAN frame.
+    using Tap = std::function<void(wire::Direction, std::span<const std::uint8_t> bytes, const wire::Frame* frame,
+                                   TimePoint at)>;
+    void set_tap(Tap tap) { tap_ = std::move(tap); }
+
+protected:
+    void tell(wire::Direction direction, std::span<const std::uint8_t> bytes, TimePoint at)
+    {
+        if (tap_)
+            tap_(direction, bytes, nullptr, at);
+    }
+    void tell(wire::Direction direction, const wire::Frame& frame, TimePoint at)
+    {
+        if (tap_)
+            tap_(direction, {}, &frame, at);
+    }
+
+private:
+    Tap tap_;
 };
 
 /// A serial bus behind a pseudo terminal or a TCP port.

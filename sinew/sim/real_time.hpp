@@ -3,6 +3,7 @@
 #include "sinew/sim/world.hpp"
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -54,6 +55,17 @@ public:
     /// done, and looks at the flag at least every `idle_step`; a signal wakes it at once. Time that passes outside
     /// `run` passes for the world as well.
     void run(const std::atomic<bool>& stop, TimePoint until = TimePoint::max(), Visitor* visitor = nullptr);
+
+    /// What passes between programs and a bus, as their adapters see it.
+    struct Passed {
+        const BusLink* bus = nullptr;
+        wire::Direction direction{};
+        std::span<const std::uint8_t> bytes;
+        const wire::Frame* frame = nullptr; ///< on CAN
+        TimePoint at{};                     ///< of the world
+    };
+    /// Called from the thread that runs it, and not to be changed from within; nullptr: nobody.
+    void set_tap(std::function<void(const Passed&)> tap);
 
     /// How often something was due more than `late_limit` before it was done, because the machine had other work.
     /// Readable from any thread.

@@ -1,0 +1,51 @@
+#pragma once
+#include "apps/cli/bus_target.hpp"
+#include "sinew/bus/predict.hpp"
+
+/// What a bus with its joints has to carry, and what its wire allows.
+namespace sinew::cli {
+
+/// One request of a cycle, with the response time that its device usually takes.
+struct Step {
+    std::string joint;
+    wire::Request request;
+    Duration response_most{}; ///< that it may take
+};
+
+struct Forecast {
+    bus::Line line;
+    std::vector<Step> look;         ///< what reads the motion of every joint
+    std::vector<Step> cycle;        ///< a position for every joint, then `look`
+    std::vector<Step> stop;         ///< the broadcast where there is one, then every joint
+    std::vector<std::string> notes; ///< joints that are left out, and why
+};
+
+/// From what the drivers plan. Devices without a model are left out.
+Forecast forecast(const Family& family, std::span<const Device> devices, std::uint32_t bit_rate);
+
+/// A step of a request that the device was not asked to plan.
+Step step_of(const Device& device, const wire::Request& request);
+
+std::vector<wire::Request> requests_of(std::span<const Step> steps);
+
+/// How often in a second a cycle fits, at the stuffing that is named.
+double cycles_per_s(const bus::Line& line, std::span<const Step> steps, bus::Stuffing stuffing);
+
+/// How late a stop is at worst while the cycle runs.
+bus::StopBound stop_bound(const Forecast& forecast);
+
+/// What a cycle spends most of its time on, and what it would be without.
+struct Bottleneck {
+    bool responses = false;        ///< of the devices; else the bits
+    double share = 0.0;            ///< of the time of a cycle
+    double cycles_without = 0.0;   ///< per second: no response times, or twice the bit rate
+    const Step* longest = nullptr; ///< the longest exchange
+    Duration longest_time{};
+};
+Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps);
+
+/// The message that makes all devices of a line stop at once: SAM brakes, Nuri releases. `everybody` has the broadcast
+/// id. Nobody acknowledges it.
+std::expected<wire::Request, Error> broadcast_stop(const Device& everybody);
+
+} // namespace sinew::cli

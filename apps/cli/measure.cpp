@@ -1,0 +1,117 @@
+#include "apps/cli/measure.hpp"
+
+#include "sinew/record/tap.hpp"
+#include "sinew/sim/wire/can_wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr double per_bucket = 1.01;
+
+/// Bits of all frames that pass: as they are, and without and with all the stuff bits there can be.
+struct BitCount {
+    std::int64_t exact = 0, least = 0, most = 0;
+
+    void add(const bus::Tapped& tapped, bool can)
+    {
+        const std::size_t size = tapped.bytes.size();
+        if (!can) {
+            exact += bus::frame_bits(false, size);
+            return;
+        }
+        wire::Frame frame{.can_id = tapped.can_id, .size = static_cast<std::uint8_t>(size)};
+        std::ranges::copy(tapped.bytes.first(std::min(size, frame.data.size())), frame.data.begin());
+        exact += sim::can_frame_bits(frame) + sim::can_interframe_bits;
+        least += bus::frame_bits(true, size, bus::Stuffing::least);
+        most += bus::frame_bits(true, size);
+    }
+    double stuffing() const
+    {
+        return most > least ? static_cast<double>(exact - least) / static_cast<double>(most - least) : 0.0;
+    }
+};
+
+} // namespace
+
+std::size_t Percentiles::bucket_of(Duration time)
+{
+    const auto ns = std::max<std::int64_t>(time.count(), 1);
+    return static_cast<std::size_t>(std::ceil(std::log(static_cast<double>(ns)) / std::log(per_bucket)));
+}
+
+void Percentiles::add(Duration time)
+{
+    ++buckets_[std::min(bucket_of(time), buckets_.size() - 1)];
+    ++count_;
+    longest_ = std::max(longest_, time);
+}
+
+Duration Percentiles::at(double share) const
+{
+    const auto wanted = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(count_)));
+    std::uint64_t below = 0;
+    for (std::size_t i = 0; i < buckets_.size(); ++i) {
+        below += buckets_[i];
+        if (below >= wanted && below > 0)
+            return std::min(longest_, Duration{std::llround(std::pow(per_bucket, static_cast<double>(i)))});
+    }
+    return longest_;
+}
+
+std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, std::span<const Step> steps,
+                                       Duration time, record::FileWriter* file)
+{
+    std::vector<wire::Request> requests;
+    for (const auto& step : steps) {
+        if (step.request.message->info.access != wire::Access::read)
+            return fail(Errc::bad_argument,
+                        fmt::format("{} does not only read, and a measurement repeats it thousands of times; name a "
+                                    "message that reads",
+                                    step.request.message->name()));
+        requests.push_back(step.request);
+        requests.back().response_time = step.response_most;
+    }
+    Measured out;
+    BitCount bits;
+    const bool can = target.family->can;
+    const auto zero = record::time_of_day_zero(bus.clock());
+    std::expected<void, Error> written;
+    bus.set_tap([&](const bus::Tapped& tapped) {
+        bits.add(tapped, can);
+        if (file != nullptr && written)
+            written = file->add(record::captured_from(tapped, target.name, target.family->name, can, zero));
+    });
+    std::vector<bus::Result> results(requests.size());
+    const TimePoint begin = bus.clock().now();
+    std::expected<void, Error> sent;
+    while (sent && written && !interrupted() && bus.clock().now() - begin < time) {
+        sent = bus.exchange(requests, results);
+        for (const auto& result : results) {
+            if (result.good) {
+                ++out.exchanges;
+                out.round_trips.add(result.at - result.sent_at);
+            } else if (result.error.code != Errc::stopped) {
+                ++out.losses;
+            }
+        }
+        out.cycles += !interrupted();
+    }
+    out.time = bus.clock().now() - begin;
+    bus.set_tap(nullptr);
+    out.bits = bits.exact;
+    out.stuffing = bits.stuffing();
+    out.counters = bus.conversation().counters();
+    if (!sent)
+        return std::unexpected(sent.error());
+    if (written && file != nullptr)
+        written = file->flush();
+    if (!written)
+        return std::unexpected(written.error());
+    return out;
+}
+
+} // namespace sinew::cli
