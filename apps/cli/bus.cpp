@@ -22,21 +22,18 @@ struct Allowed {
     }
 };
 
-Allowed allowed(const bus::Line& line, std::span<const Step> steps, double stuffing)
+Allowed allowed(const bus::Line& line, std::span<const Step> steps, std::span<const bus::ExchangeBits> frames)
 {
     const auto requests = requests_of(steps);
     Allowed out{.shortest = bus::predict_cycle(line, requests, bus::Stuffing::least),
                 .longest = bus::predict_cycle(line, requests),
+                .seen = bus::predict_cycle(line, requests, frames),
                 .exchanges = steps.size()};
-    const auto mean = [&](Duration least, Duration most) {
-        return least +
-               std::chrono::duration_cast<Duration>(stuffing * std::chrono::duration<double, std::nano>(most - least));
-    };
-    out.seen = mean(out.shortest, out.longest);
-    Duration wire{};
-    for (const auto& request : requests)
-        wire += mean(bus::predict(line, request, bus::Stuffing::least).wire(), bus::predict(line, request).wire());
-    out.utilisation = out.seen > Duration{} ? seconds(wire) / seconds(out.seen) : 0.0;
+    std::int64_t bits = 0;
+    for (std::size_t i = 0; i < requests.size(); ++i)
+        bits += frames[i].request + bus::reply_count(requests[i]) * frames[i].reply;
+    const double most = static_cast<double>(line.bit_rate) * seconds(out.seen);
+    out.utilisation = most > 0.0 ? static_cast<double>(bits) / most : 0.0;
     return out;
 }
 
@@ -200,7 +197,7 @@ Outcome run(const Words& words)
     if (!measured)
         return std::unexpected(measured.error());
     const bus::Line line{.can = target->family->can, .bit_rate = bus->link_state().bit_rate};
-    const auto wire = allowed(line, *steps, measured->stuffing);
+    const auto wire = allowed(line, *steps, measured->frames);
     if (words.json())
         print(to_json(*target, line, *steps, wire, *measured));
     else

@@ -23,6 +23,21 @@ std::expected<wire::Requests, Error> position_command(actuator::Driver& driver)
     return driver.plan(command, {});
 }
 
+/// Some drivers have to ask a device for a setting once. An answer of zeros brings them to what they do from then on.
+void settle(actuator::Driver& driver, const wire::Requests& requests)
+{
+    actuator::State state;
+    for (const auto& asked : requests.all()) {
+        wire::Values values;
+        for (const auto& value : wire::value_fields(asked.message->reply, asked.options)) {
+            const auto range = wire::allowed(*value.field);
+            values.add(*value.field, std::clamp<std::int64_t>(0, range.low, range.high));
+        }
+        if (const auto reply = wire::encode(*asked.message, wire::Direction::reply, asked.id, values, asked.options))
+            static_cast<void>(driver.absorb(asked, *reply, {}, state));
+    }
+}
+
 void add(std::vector<Step>& steps, const Device& device, const wire::Requests& requests)
 {
     for (const auto& request : requests.all())
@@ -87,6 +102,8 @@ Forecast forecast(const Family& family, std::span<const Device> devices, std::ui
             continue;
         }
         const auto driver = make_driver(*device.spec);
+        if (const auto first = driver->plan_read(actuator::Depth::motion))
+            settle(*driver, *first);
         const auto look = driver->plan_read(actuator::Depth::motion);
         const auto move = position_command(*driver);
         const auto release = driver->plan({.mode = actuator::Mode::release}, {});

@@ -12,26 +12,19 @@ namespace {
 
 constexpr double per_bucket = 1.01;
 
-/// Bits of all frames that pass: as they are, and without and with all the stuff bits there can be.
-struct BitCount {
-    std::int64_t exact = 0, least = 0, most = 0;
+std::int64_t bits_of(const wire::Frame& frame, bool can)
+{
+    return can ? sim::can_frame_bits(frame) + sim::can_interframe_bits : bus::frame_bits(false, frame.size);
+}
 
-    void add(const bus::Tapped& tapped, bool can)
+/// Bits of the frames of one step.
+struct BitCount {
+    std::int64_t request = 0, replies = 0, count = 0;
+
+    bus::ExchangeBits average() const
     {
-        const std::size_t size = tapped.bytes.size();
-        if (!can) {
-            exact += bus::frame_bits(false, size);
-            return;
-        }
-        wire::Frame frame{.can_id = tapped.can_id, .size = static_cast<std::uint8_t>(size)};
-        std::ranges::copy(tapped.bytes.first(std::min(size, frame.data.size())), frame.data.begin());
-        exact += sim::can_frame_bits(frame) + sim::can_interframe_bits;
-        least += bus::frame_bits(true, size, bus::Stuffing::least);
-        most += bus::frame_bits(true, size);
-    }
-    double stuffing() const
-    {
-        return most > least ? static_cast<double>(exact - least) / static_cast<double>(most - least) : 0.0;
+        const auto rounded = [&](std::int64_t sum) { return count == 0 ? 0 : (sum + count / 2) / count; };
+        return {rounded(request), rounded(replies)};
     }
 };
 
@@ -76,12 +69,16 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
         requests.back().response_time = step.response_most;
     }
     Measured out;
-    BitCount bits;
+    std::vector<BitCount> counts(requests.size());
     const bool can = target.family->can;
     const auto zero = record::time_of_day_zero(bus.clock());
     std::expected<void, Error> written;
     bus.set_tap([&](const bus::Tapped& tapped) {
-        bits.add(tapped, can);
+        wire::Frame frame{.can_id = tapped.can_id,
+                          .size = static_cast<std::uint8_t>(std::min(tapped.bytes.size(), std::size_t{8}))};
+        if (can)
+            std::copy_n(tapped.bytes.begin(), frame.size, frame.data.begin());
+        out.bits += can ? bits_of(frame, true) : bus::frame_bits(false, tapped.bytes.size());
         if (file != nullptr && written)
             written = file->add(record::captured_from(tapped, target.name, target.family->name, can, zero));
     });
@@ -90,9 +87,13 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
     std::expected<void, Error> sent;
     while (sent && written && !interrupted() && bus.clock().now() - begin < time) {
         sent = bus.exchange(requests, results);
-        for (const auto& result : results) {
+        for (std::size_t i = 0; i < results.size(); ++i) {
+            const auto& result = results[i];
             if (result.good) {
                 ++out.exchanges;
+                ++counts[i].count;
+                counts[i].request += bits_of(requests[i].frame, can);
+                counts[i].replies += bits_of(result.replies[0], can);
                 out.round_trips.add(result.at - result.sent_at);
             } else if (result.error.code != Errc::stopped) {
                 ++out.losses;
@@ -102,8 +103,8 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
     }
     out.time = bus.clock().now() - begin;
     bus.set_tap(nullptr);
-    out.bits = bits.exact;
-    out.stuffing = bits.stuffing();
+    for (const auto& count : counts)
+        out.frames.push_back(count.average());
     out.counters = bus.conversation().counters();
     if (!sent)
         return std::unexpected(sent.error());

@@ -26,10 +26,10 @@ private:
 struct Measured {
     Duration time{};
     std::uint64_t cycles = 0;
-    std::uint64_t exchanges = 0; ///< that brought their answer
-    std::uint64_t losses = 0;    ///< that did not, retries included
-    std::int64_t bits = 0;       ///< that were on the wire, both ways, stuff bits included
-    double stuffing = 0.0;       ///< share of the stuff bits that these frames could have had
+    std::uint64_t exchanges = 0;           ///< that brought their answer
+    std::uint64_t losses = 0;              ///< that did not, retries included
+    std::int64_t bits = 0;                 ///< that were on the wire, both ways, stuff bits included
+    std::vector<bus::ExchangeBits> frames; ///< of each step, on average
     bus::Counters counters{};
     Percentiles round_trips;
 };

@@ -41,8 +41,8 @@ Duration cycle_at_most(const Line& line, std::span<const wire::Request> requests
 class CanSchedule
 {
 public:
-    CanSchedule(const Line& line, std::span<const wire::Request> requests, Stuffing stuffing)
-        : line_(line), requests_(requests), stuffing_(stuffing), progress_(requests.size())
+    CanSchedule(const Line& line, std::span<const wire::Request> requests, std::span<const ExchangeBits> bits)
+        : line_(line), requests_(requests), bits_(bits), progress_(requests.size())
     {
     }
 
@@ -55,7 +55,7 @@ public:
             const auto& request = requests_[winner];
             const bool is_request = one.stage == Stage::queued;
             now_ = std::max(now_, one.ready) +
-                   frame_time(line_, is_request ? request.frame.size : request.message->reply.size, stuffing_);
+                   bit_time(is_request ? bits_[winner].request : bits_[winner].reply, line_.bit_rate);
             if (is_request) {
                 ++sent_;
                 one.stage = Stage::answering;
@@ -127,7 +127,7 @@ private:
 
     const Line& line_;
     std::span<const wire::Request> requests_;
-    Stuffing stuffing_;
+    std::span<const ExchangeBits> bits_;
     std::vector<Progress> progress_;
     Duration now_{};
     std::size_t queued_ = 0, sent_ = 0, done_ = 0;
@@ -137,8 +137,17 @@ private:
 
 Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, Stuffing stuffing)
 {
+    std::vector<ExchangeBits> bits;
+    for (const auto& request : requests)
+        bits.push_back({frame_bits(line.can, request.frame.size, stuffing),
+                        frame_bits(line.can, request.message->reply.size, stuffing)});
+    return predict_cycle(line, requests, bits);
+}
+
+Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, std::span<const ExchangeBits> bits)
+{
     if (line.can && line.bit_rate != 0)
-        return CanSchedule(line, requests, stuffing).run();
+        return CanSchedule(line, requests, bits).run();
     return cycle_at_most(line, requests);
 }
 

@@ -65,6 +65,14 @@ constexpr Exchange predict(const Line& line, const wire::Request& request, Stuff
 /// anything to send. Asks the heap.
 Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, Stuffing stuffing = Stuffing::most);
 
+/// Bits of a request and of each of its replies, as `frame_bits` counts them.
+struct ExchangeBits {
+    std::int64_t request = 0;
+    std::int64_t reply = 0;
+};
+/// The same where the lengths of the frames are known: those that were seen.
+Duration predict_cycle(const Line& line, std::span<const wire::Request> requests, std::span<const ExchangeBits> bits);
+
 /// How late a stop is at worst, counted from the moment at which it was asked for.
 struct StopBound {
     Duration begins{}; ///< the first stop frame starts on the wire

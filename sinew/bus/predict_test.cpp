@@ -66,12 +66,19 @@ TEST(Predict, ACycleOnCanWaitsForResponsesOnlyWhereTheWireIsIdle)
     EXPECT_LT(predict_cycle(can, apart, Stuffing::least), predict_cycle(can, apart));
 }
 
-TEST(Predict, ABusyCanHidesAllResponsesButTheLast)
+TEST(Predict, ACycleOfFramesThatWereSeenCountsTheirBits)
+{
+    const std::vector requests{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
+    const std::vector<ExchangeBits> bits{{60, 64}, {70, 74}};
+    EXPECT_EQ(predict_cycle(can, requests, bits), 60us + 70us + 3ms - 3us + 74us);
+}
+
+TEST(Predict, ABusyCanHidesAllResponses)
 {
     std::vector<wire::Request> many;
     for (int id = 0; id <= 9; ++id)
         many.push_back(ask(id, fake::CanRead{}, 20us));
-    EXPECT_EQ(predict_cycle(can, many), 20 * frame_time(can, 2) + 20us - 3us);
+    EXPECT_EQ(predict_cycle(can, many), 20 * frame_time(can, 2));
 }
 
 TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
