@@ -23,7 +23,7 @@ struct BitCount {
 
     bus::ExchangeBits average() const
     {
-        const auto rounded = [&](std::int64_t sum) { return count == 0 ? 0 : (sum + count / 2) / count; };
+        const auto rounded = [&](std::int64_t sum) { return (sum + count / 2) / count; };
         return {rounded(request), rounded(replies)};
     }
 };
@@ -103,8 +103,11 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
     }
     out.time = bus.clock().now() - begin;
     bus.set_tap(nullptr);
-    for (const auto& count : counts)
-        out.frames.push_back(count.average());
+    for (std::size_t i = 0; i < counts.size(); ++i)
+        out.frames.push_back(counts[i].count > 0
+                                 ? counts[i].average()
+                                 : bus::ExchangeBits{bus::frame_bits(can, requests[i].frame.size),
+                                                     bus::frame_bits(can, requests[i].message->reply.size)});
     out.counters = bus.conversation().counters();
     if (!sent)
         return std::unexpected(sent.error());

@@ -1,10 +1,14 @@
 """Traffic and what the wire allows: sniff, plan and bus --measure, with tshark and python-can as judges of the recordings."""
 import json
 import os
+import pty
 import shutil
 import signal
+import struct
 import subprocess
 import tempfile
+import threading
+import tty
 import unittest
 
 import can
@@ -74,9 +78,14 @@ class Measure(InFolder):
         self.assertRegex(text, r"utilisation +\d+\.\d % +\d+\.\d %")
         self.assertLessEqual(max(map(len, text.splitlines())), 80)
 
-    def test_devices_that_are_not_there_are_losses(self):
-        with_sim = ["bus", f"sim:{DEMO}#left", "--measure", "100ms"]
-        self.refused([*with_sim, "--id", "7"], 2, "--id goes with a link")
+    def test_devices_that_do_not_answer_are_losses(self):
+        robot = self.path("unplugged.toml")
+        with open(DEMO) as demo, open(robot, "w") as file:
+            file.write(demo.read() + '\n[[sim.fault]]\nkind = "unplug"\njoint = "waist_pitch"\nat_s = 0\n')
+        got = as_json("bus", f"sim:{robot}#waist", "--measure", "1s")["measured"]
+        self.assertGreater(got["losses"], 3)
+        self.assertEqual(got["exchanges"], 3 * got["losses"])
+        self.assertEqual(got["retries"], got["losses"])
 
     def test_another_message_is_read(self):
         got = as_json("bus", f"sim:{DEMO}#left", "--measure", "50ms", "--message", "read-input-voltage")
@@ -98,6 +107,7 @@ class Measure(InFolder):
 
     def test_wrong_words(self):
         self.refused(["bus", f"sim:{DEMO}#left"], 2, "--measure 10s")
+        self.refused(["bus", f"sim:{DEMO}#left", "--measure", "1s", "--id", "7"], 2, "--id goes with a link")
         self.refused(["bus", f"sim:{DEMO}#left", "--measure", "soon"], 2, "--measure", "'soon'")
         self.refused(["bus", f"sim:{DEMO}", "--measure", "1s"], 2, "which bus", "left")
         self.refused(["bus", f"sim:{DEMO}#lfet", "--measure", "1s"], 2, "lfet", "did you mean left?")
@@ -169,7 +179,7 @@ class Recordings(InFolder):
         file = self.record("left", "left.pcapng")
         rows = tshark(file, "frame.interface_name", "frame.encap_type", "frame.len", "frame.time_relative")
         self.assertEqual({row[0] for row in rows}, {"left"})
-        self.assertEqual(int(rows[0][2]), 7)  # a request of a SAM
+        self.assertEqual(int(rows[0][2]), 8)  # it reads a precise position
         self.assertEqual(len({row[1] for row in rows}), 1)
 
     def test_python_can_reads_the_log(self):
@@ -273,8 +283,6 @@ def sinew_from(data, *words):
 
 def write_serial(path, pieces):
     """A pcapng file of a serial line whose directions nobody knows, as somebody else would write it."""
-    import struct
-
     def block(kind, body):
         body += bytes(-len(body) % 4)
         size = struct.pack(">I", len(body) + 12)
@@ -305,16 +313,24 @@ class Live(InFolder):
         self.addCleanup(process.stderr.close)
         return process
 
-    def first_line(self, process, ask):
-        """Asks until the listener, which needs a moment to be there, has heard it."""
-        import threading
-        line = []
-        reader = threading.Thread(target=lambda: line.append(process.stdout.readline()))
+    def first_request(self, process, message, ask):
+        """The first request of this name. Asks until the listener, which needs a moment to be there, has heard it."""
+        heard = []
+
+        def read():
+            for line in process.stdout:
+                one = json.loads(line)
+                # Whoever begins to listen in the middle of an exchange hears an answer to nothing.
+                if one.get("message") == message and one["direction"] == "request":
+                    heard.append(one)
+                    return
+
+        reader = threading.Thread(target=read)
         reader.start()
         while reader.is_alive():
             ask()
             reader.join(0.05)
-        return json.loads(line[0])
+        return heard[0]
 
     def test_it_hears_what_another_program_says_to_a_running_simulator(self):
         for bus, family in BUSES.items():
@@ -322,14 +338,14 @@ class Live(InFolder):
             message = {"sam": "ping", "nuri": "request-ping", "rmd": "read-status1"}[family]
             file = self.path(f"{bus}.pcapng")
             process = self.listen(bus, "--write", file)
-            heard = self.first_line(process, lambda: sinew("send", *device, message))
+            heard = self.first_request(process, message, lambda: sinew("send", *device, message))
             self.assertEqual((heard["bus"], heard["family"], heard["direction"], heard["direction_by"], heard["message"], heard["id"]),
                              (bus, family, "request", "capture", message, 2))
             self.assertEqual(json.loads(process.stdout.readline())["direction"], "reply")
             process.send_signal(signal.SIGINT)
             err = process.stderr.read()
             self.assertEqual(process.wait(PATIENCE), 0, err)
-            self.assertRegex(err, r"^\d+ frames, 0 with errors, in \d+\.\d{3} s\n$")
+            self.assertRegex(err, r"^\d+ frames, \d+ with errors, in \d+\.\d{3} s\n$")
             self.assertGreaterEqual(len(tshark(file, "frame.number")), 2)
 
     def test_it_ends_after_a_time(self):
@@ -338,15 +354,12 @@ class Live(InFolder):
 
     def test_it_sends_nothing(self):
         # The other end of a terminal sees all that is written to it.
-        import pty
-        import tty
         master, slave = pty.openpty()
         tty.setraw(slave)
         name = os.ttyname(slave)
         os.close(slave)
         process = subprocess.Popen([SINEW, "sniff", f"serial:{name}?baud=115200", "--family", "nuri", "--count", "1"],
                                    stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment())
-        import threading
         line = []
         reader = threading.Thread(target=lambda: line.append(process.stdout.readline()))
         reader.start()
