@@ -23,6 +23,8 @@ std::span<const ExitCode> exit_codes()
          {bad_length, bad_constant, bad_checksum, bad_repeat, bad_reply}},
         {9, "a file that cannot be used", {bad_file}},
         {exit_refused, "refused: the device or its firmware line cannot do it", {not_in_profile, unsupported}},
+        {exit_diagnosed_warning, "doctor found warnings, and nothing worse", {}},
+        {exit_diagnosed_error, "doctor found errors", {}},
         {exit_interrupted, "ended by Ctrl-C", {stopped}},
     };
     return all;

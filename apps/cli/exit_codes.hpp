@@ -20,6 +20,8 @@ inline constexpr int exit_usage = 2;
 inline constexpr int exit_no_answer = 7;
 inline constexpr int exit_bad_answer = 8;
 inline constexpr int exit_refused = 10;
+inline constexpr int exit_diagnosed_warning = 11;
+inline constexpr int exit_diagnosed_error = 12;
 inline constexpr int exit_interrupted = 130;
 
 std::span<const ExitCode> exit_codes();

@@ -1,8 +1,8 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/present.hpp"
-#include "apps/cli/scanner.hpp"
 #include "apps/cli/session.hpp"
 #include "sinew/base/bytes.hpp"
+#include "sinew/diagnosis/scanner.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,11 @@
 
 namespace sinew::cli {
 namespace {
+
+using diagnosis::expected_time;
+using diagnosis::Found;
+using diagnosis::Pass;
+using diagnosis::ScanPlan;
 
 std::expected<wire::Range, Error> ids_from(std::string_view word)
 {
@@ -62,29 +67,38 @@ std::string time_text(Duration time)
                     : fmt::format("{:.0f} min", std::ceil(s / 60.0));
 }
 
-Duration total(std::span<const Pass> passes)
-{
-    Duration sum{};
-    for (const auto& pass : passes)
-        sum += expected_time(pass);
-    return sum;
-}
-
 std::string rate_text(std::uint32_t rate)
 {
     return rate != 0 ? fmt::format("{} baud", rate) : "the rate of the link";
+}
+
+/// Places are rates here, whatever the family.
+std::size_t rates_of(std::span<const Pass> passes)
+{
+    std::vector<std::uint32_t> rates;
+    for (const auto& pass : passes)
+        if (std::ranges::find(rates, pass.bit_rate) == rates.end())
+            rates.push_back(pass.bit_rate);
+    return rates.size();
 }
 
 void announce(std::span<const Pass> passes, bool all)
 {
     const auto first =
         std::ranges::find_if(passes, [&](const Pass& p) { return p.bit_rate != passes.front().bit_rate; });
-    fmt::print(stderr, "Looking at {}: up to {}", rate_text(passes.front().bit_rate),
-               time_text(total({passes.begin(), first})));
-    if (first != passes.end())
-        fmt::print(stderr, "; {} {} more {}, up to {} in all", all ? "then" : "if nobody answers", passes.end() - first,
-                   passes.end() - first == 1 ? "place" : "places", time_text(total(passes)));
-    fmt::print(stderr, ".\n");
+    if (first == passes.end() || all) {
+        const auto rates = rates_of(passes);
+        fmt::print(stderr, "Looking at {}: up to {}.\n",
+                   rates == 1 ? rate_text(passes.front().bit_rate) : fmt::format("{} bit rates", rates),
+                   time_text(expected_time(passes)));
+    } else {
+        const auto likely = passes.first(static_cast<std::size_t>(
+            std::ranges::find_if(passes, [](const Pass& p) { return !p.likely; }) - passes.begin()));
+        fmt::print(stderr,
+                   "Looking at the likely places first: up to {}; if nobody answers, at {} bit rates, up to {} in "
+                   "all.\n",
+                   time_text(expected_time(likely)), rates_of(passes), time_text(expected_time(passes)));
+    }
     std::fflush(stderr);
 }
 
@@ -110,28 +124,18 @@ void print_found(const Words& words, const std::string& link, const std::vector<
         fmt::print("{}", table.text());
 }
 
-/// All passes that are due. A rate at which somebody answered is finished with every family; then it ends.
-std::expected<void, Error> look(Scanner& scanner, const std::vector<Pass>& all, bool go_on, link::Clock& clock,
-                                std::vector<Found>& found)
+std::expected<void, Error> look(diagnosis::Scanner& scanner, const std::vector<Pass>& all, bool go_on,
+                                link::Clock& clock, std::vector<Found>& found)
 {
     const TimePoint begin = clock.now();
-    const Duration expected = total(all);
-    for (std::size_t i = 0; i < all.size() && !interrupted(); ++i) {
-        const bool next_rate = i > 0 && all[i].bit_rate != all[i - 1].bit_rate;
-        if (next_rate && !found.empty() && !go_on)
-            break;
-        const auto at = [&](int id) {
-            progress(fmt::format("{} {}, id {} of {}, {} found, {} of {}", all[i].family->name,
-                                 rate_text(all[i].bit_rate), id, all[i].ids.high, found.size(),
-                                 time_text(clock.now() - begin), time_text(expected)));
-        };
-        if (auto done = scanner.run(all[i], interrupted, at, found); !done) {
-            end_progress();
-            return done;
-        }
-    }
+    const Duration expected = expected_time(all);
+    const auto at = [&](const Pass& pass, int id) {
+        progress(fmt::format("{} {}, id {} of {}, {} found, {} of {}", pass.family->name, rate_text(pass.bit_rate), id,
+                             pass.ids.high, found.size(), time_text(clock.now() - begin), time_text(expected)));
+    };
+    auto done = scanner.sweep(all, go_on, interrupted, at, found);
     end_progress();
-    return {};
+    return done;
 }
 
 Outcome run(const Words& words)
@@ -144,9 +148,10 @@ Outcome run(const Words& words)
     auto opened = session.open(link);
     if (!opened)
         return std::unexpected(opened.error());
-    Scanner scanner(std::move(*opened), session.clock());
-    const auto all = passes(*plan, scanner.can(), scanner.link_bit_rate());
-    if (all.empty() && !plan->families.empty() && plan->families.front()->can != scanner.can())
+    diagnosis::Line line(std::move(*opened), session.clock());
+    diagnosis::Scanner scanner(line);
+    const auto all = passes(*plan, line.can(), line.bit_rate());
+    if (all.empty() && !plan->families.empty() && plan->families.front()->can != line.can())
         return fail(Errc::bad_argument,
                     fmt::format("{} devices are on {}, which {} is not", plan->families.front()->name,
                                 plan->families.front()->can ? "CAN" : "serial lines", link));

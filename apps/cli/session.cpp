@@ -228,7 +228,12 @@ std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
     const auto path = robot_path(words);
     if (!path)
         return fail(Errc::bad_argument, fmt::format("which device? Please {}", how_to_name_a_device));
-    return joints_of(words, *path, std::nullopt);
+    return robot_at(words, *path);
+}
+
+std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path)
+{
+    return joints_of(words, path, std::nullopt);
 }
 
 std::expected<void, Error> find_model(Device& device, bus::Bus& bus)

@@ -55,6 +55,8 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
 std::expected<Device, Error> target(const Words& words);
 /// All joints of the robot file that the options name.
 std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
+/// The same of this file.
+std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path);
 /// The joints of a robot file, with the links that stand in it (empty: none).
 std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
 /// The links of the command line, else those of the robot file; `bad_argument` where neither says one.

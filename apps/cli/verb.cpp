@@ -51,10 +51,10 @@ std::expected<std::optional<Duration>, Error> Words::duration(std::string_view n
 
 std::span<const Verb> verbs()
 {
-    static const std::vector<Verb> all{sim_verb(),  sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(),
-                                       scan_verb(), info_verb(),     get_verb(),      set_verb(),       move_verb(),
-                                       stop_verb(), watch_verb(),    plan_verb(),     bus_verb(),       sniff_verb(),
-                                       send_verb(), decode_verb(),   messages_verb()};
+    static const std::vector<Verb> all{
+        sim_verb(),  sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(), scan_verb(),  doctor_verb(),
+        info_verb(), get_verb(),      set_verb(),      move_verb(),      stop_verb(),     watch_verb(), plan_verb(),
+        bus_verb(),  sniff_verb(),    send_verb(),     decode_verb(),    messages_verb()};
     return all;
 }
 

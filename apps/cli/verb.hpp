@@ -76,6 +76,7 @@ Verb sim_look_verb();
 Verb sim_fault_verb();
 Verb sim_mend_verb();
 Verb scan_verb();
+Verb doctor_verb();
 Verb info_verb();
 Verb get_verb();
 Verb set_verb();

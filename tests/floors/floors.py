@@ -9,7 +9,7 @@ FLOORS = {
     "sinew/wire": 1,
     "sinew/actuator": 2, "sinew/link": 2, "sinew/config": 2, "sinew/sim/plant": 2,
     "sinew/bus": 3, "sinew/family": 3, "sinew/sim/wire": 3,
-    "sinew/robot": 4, "sinew/record": 4, "sinew/sim/firmware": 4,
+    "sinew/robot": 4, "sinew/record": 4, "sinew/diagnosis": 4, "sinew/sim/firmware": 4,
     "sinew/sim": 5,
     "apps": 6, "examples": 6, "tests": 6, "bench": 6,
 }

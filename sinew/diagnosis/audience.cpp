@@ -1,9 +1,9 @@
-#include "apps/cli/audience.hpp"
+#include "sinew/diagnosis/audience.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace sinew::cli {
+namespace sinew::diagnosis {
 namespace {
 
 constexpr std::size_t bits_per_byte = 10;
@@ -12,29 +12,6 @@ constexpr std::size_t longest_frame = wire::Frame::capacity;
 constexpr double clock_errors[] = {-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03};
 /// A fall is seen up to a sixteenth of a bit late, and the middle of a bit is where its oscillator says.
 constexpr double sampling_shifts[] = {-0.06, -0.015, 0.015, 0.06};
-
-/// Takes the requests off the front of the bytes; true when one of them is more than a read.
-bool takes_harm(const Family& family, std::vector<std::uint8_t>& bytes, bool silent)
-{
-    std::span<const std::uint8_t> rest = bytes;
-    bool harm = false;
-    for (;;) {
-        const auto scan = family.protocol->find_request(rest, silent);
-        if (scan.size == 0) {
-            rest = rest.subspan(std::min(scan.skip, rest.size()));
-            break;
-        }
-        wire::Frame frame{.size = static_cast<std::uint8_t>(scan.size)};
-        std::copy_n(rest.begin() + static_cast<std::ptrdiff_t>(scan.skip), scan.size, frame.data.begin());
-        rest = rest.subspan(scan.skip + scan.size);
-        for (const auto* line : family.profiles) {
-            const auto* message = family.protocol->identify(frame, wire::Direction::request, *line);
-            harm = harm || (message != nullptr && message->info.access != wire::Access::read);
-        }
-    }
-    bytes.erase(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(rest.size()));
-    return harm;
-}
 
 /// Some receivers drop a byte without its stop bit, some deliver it.
 std::vector<std::uint8_t> delivered(std::span<const HeardByte> heard, bool takes_broken)
@@ -103,6 +80,39 @@ Audience::Audience()
     }
 }
 
+/// Takes the requests off the front of the bytes: whether one of them is more than a read, and how many bytes at the
+/// end are still remembered. Most listeners hear the same, so what was worked out is kept.
+Audience::Verdict Audience::judge(const Family& family, std::span<const std::uint8_t> bytes, bool silent) const
+{
+    constexpr std::size_t most_kept = 50'000;
+    std::string key(bytes.begin(), bytes.end());
+    key += silent ? 's' : 'g';
+    key += family.name;
+    if (const auto kept = kept_.find(key); kept != kept_.end())
+        return kept->second;
+    Verdict out;
+    std::span<const std::uint8_t> rest = bytes;
+    for (;;) {
+        const auto scan = family.protocol->find_request(rest, silent);
+        if (scan.size == 0) {
+            rest = rest.subspan(std::min(scan.skip, rest.size()));
+            break;
+        }
+        wire::Frame frame{.size = static_cast<std::uint8_t>(scan.size)};
+        std::copy_n(rest.begin() + static_cast<std::ptrdiff_t>(scan.skip), scan.size, frame.data.begin());
+        rest = rest.subspan(scan.skip + scan.size);
+        for (const auto* line : family.profiles) {
+            const auto* message = family.protocol->identify(frame, wire::Direction::request, *line);
+            out.harm = out.harm || (message != nullptr && message->info.access != wire::Access::read);
+        }
+    }
+    out.remembered = rest.size();
+    if (kept_.size() == most_kept)
+        kept_.clear();
+    kept_.emplace(std::move(key), out);
+    return out;
+}
+
 bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
 {
     if (bit_rate == 0)
@@ -110,19 +120,16 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
     for (const auto& listener : listeners_) {
         const auto heard = hear_at(frame.bytes(), bit_rate, listener.ear);
         for (const bool takes_broken : {false, true}) {
-            const auto& remembers = listener.remembers[takes_broken];
-            auto alone = delivered(heard, takes_broken);
-            if (alone.empty())
+            auto bytes = delivered(heard, takes_broken);
+            if (bytes.empty())
                 continue;
-            auto after = remembers;
-            if (!remembers.empty())
-                after.insert(after.end(), alone.begin(), alone.end());
-            if (takes_harm(*listener.family, alone, true))
+            if (judge(*listener.family, bytes, true).harm)
                 return false;
+            const auto& remembers = listener.remembers[takes_broken];
             if (remembers.empty())
                 continue;
-            auto then_silent = after;
-            if (takes_harm(*listener.family, after, false) || takes_harm(*listener.family, then_silent, true))
+            bytes.insert(bytes.begin(), remembers.begin(), remembers.end());
+            if (judge(*listener.family, bytes, false).harm || judge(*listener.family, bytes, true).harm)
                 return false;
         }
     }
@@ -139,9 +146,10 @@ void Audience::hear(const wire::Frame& frame, std::uint32_t bit_rate)
                 remembers.clear(); // what was heard is not known
             const auto bytes = delivered(heard, takes_broken);
             remembers.insert(remembers.end(), bytes.begin(), bytes.end());
-            takes_harm(*listener.family, remembers, false);
+            const auto left = judge(*listener.family, remembers, false).remembered;
+            remembers.erase(remembers.begin(), remembers.end() - static_cast<std::ptrdiff_t>(left));
         }
     }
 }
 
-} // namespace sinew::cli
+} // namespace sinew::diagnosis

@@ -2,9 +2,12 @@
 #include "sinew/family/families.hpp"
 
 #include <array>
+#include <span>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
-namespace sinew::cli {
+namespace sinew::diagnosis {
 
 /// How somebody listens to a serial line.
 struct Ear {
@@ -24,7 +27,7 @@ std::vector<HeardByte> hear_at(std::span<const std::uint8_t> bytes, double sent_
 /// Everybody who may hear what a scan sends on a serial line: devices of each family, set to each of their bit rates,
 /// with clocks that are a little off and bits that are sampled a little early or late. At another rate other bytes
 /// arrive, and there are probes out of which a SAM hears a position command or a write to its flash. Whoever sends asks
-/// first.
+/// first. One thread.
 class Audience
 {
 public:
@@ -44,7 +47,14 @@ private:
         std::array<std::vector<std::uint8_t>, 2> remembers{}; ///< without broken bytes, with them
     };
 
+    struct Verdict {
+        bool harm = false;
+        std::size_t remembered = 0;
+    };
+    Verdict judge(const Family& family, std::span<const std::uint8_t> bytes, bool silent) const;
+
     std::vector<Listener> listeners_;
+    mutable std::unordered_map<std::string, Verdict> kept_;
 };
 
-} // namespace sinew::cli
+} // namespace sinew::diagnosis

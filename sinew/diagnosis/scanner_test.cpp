@@ -1,6 +1,7 @@
-#include "apps/cli/scanner.hpp"
+#include "sinew/diagnosis/scanner.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/diagnosis/probes.hpp"
 #include "sinew/wire/values.hpp"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include <gtest/gtest.h>
 
 /// What a scan puts on a wire, looked at by everybody who may hear it: as another family, and at another bit rate.
-namespace sinew::cli {
+namespace sinew::diagnosis {
 namespace {
 
 using wire::Direction;
@@ -207,26 +208,63 @@ TEST(Uart, HearsWhatWasSentAtItsOwnRate)
     EXPECT_NE(receive(line, 57600, 0.0, true), sent);
 }
 
-TEST(Passes, BeginWithTheRateOfTheLinkAndGoOnWithThoseOfDelivery)
+TEST(Passes, BeginWithLowIdsAtTheRateOfTheLinkAndAtThoseOfDelivery)
 {
     const auto all = passes({}, false, 115200);
-    ASSERT_GT(all.size(), 4U);
-    EXPECT_EQ(all[0].bit_rate, 115200U);
-    EXPECT_EQ(all[1].bit_rate, 115200U);
-    EXPECT_EQ(all[2].family->name, "sam");
-    EXPECT_EQ(all[2].bit_rate, 1'500'000U);
-    EXPECT_EQ(all[3].family->name, "nuri");
-    EXPECT_EQ(all[3].bit_rate, 9600U);
-    EXPECT_EQ(all.size(), find_family("sam")->bit_rates.size() + find_family("nuri")->bit_rates.size());
+    ASSERT_GT(all.size(), 8U);
+    const auto expect = [&](std::size_t i, std::string_view family, std::uint32_t rate, wire::Range ids) {
+        EXPECT_EQ(all[i].family->name, family) << i;
+        EXPECT_EQ(all[i].bit_rate, rate) << i;
+        EXPECT_EQ(all[i].ids, ids) << i;
+    };
+    expect(0, "sam", 115200, {0, 7});
+    expect(1, "nuri", 115200, {0, 7});
+    expect(2, "sam", 1'500'000, {0, 7});
+    expect(3, "nuri", 9600, {0, 7});
+    expect(4, "sam", 115200, {8, 254});
+    expect(7, "nuri", 9600, {8, 254});
+    EXPECT_TRUE(all[8].likely);
+}
+
+TEST(Passes, LeaveOutNoIdAtNoRateAndNameNoneTwice)
+{
+    for (const auto* family : serial_families()) {
+        std::size_t ids = 0;
+        for (const auto& pass : passes({.families = {family}}, false, 9600))
+            ids += static_cast<std::size_t>(pass.ids.high - pass.ids.low + 1);
+        EXPECT_EQ(ids, family->bit_rates.size() * static_cast<std::size_t>(family->ids.high - family->ids.low + 1));
+    }
+}
+
+TEST(ExpectedTime, OfEveryBitRateAndIdOfNuriIsAboutSevenMinutes)
+{
+    const auto s = seconds(expected_time(passes({.families = {find_family("nuri")}}, false, 9600)));
+    std::printf("all of nuri: %.0f s\n", s);
+    EXPECT_LT(s, 7.5 * 60);
+}
+
+TEST(ExpectedTime, OfTheLikelyPlacesIsLessThanThreeSeconds)
+{
+    for (const std::uint32_t rate : {9600, 115'200, 1'500'000}) {
+        Duration sum{};
+        for (const auto& pass : passes({}, false, rate)) {
+            if (!pass.likely)
+                break;
+            sum += expected_time(pass);
+        }
+        std::printf("likely places from %u: %.2f s\n", rate, seconds(sum));
+        EXPECT_LT(seconds(sum), 3.0) << rate;
+    }
 }
 
 TEST(Passes, KeepToWhatWasAskedFor)
 {
     const auto all =
-        passes({.families = {find_family("nuri")}, .bit_rate = 38400, .ids = wire::Range{3, 9}}, false, 9600);
-    ASSERT_EQ(all.size(), 1U);
+        passes({.families = {find_family("nuri")}, .bit_rate = 38400, .ids = wire::Range{3, 12}}, false, 9600);
+    ASSERT_EQ(all.size(), 2U);
     EXPECT_EQ(all[0].bit_rate, 38400U);
-    EXPECT_EQ(all[0].ids, (wire::Range{3, 9}));
+    EXPECT_EQ(all[0].ids, (wire::Range{3, 10}));
+    EXPECT_EQ(all[1].ids, (wire::Range{11, 12}));
 }
 
 TEST(Passes, StayAtTheRateOfACanBus)
@@ -238,4 +276,4 @@ TEST(Passes, StayAtTheRateOfACanBus)
 }
 
 } // namespace
-} // namespace sinew::cli
+} // namespace sinew::diagnosis

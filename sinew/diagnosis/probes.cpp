@@ -1,11 +1,11 @@
-#include "apps/cli/probes.hpp"
+#include "sinew/diagnosis/probes.hpp"
 
 #include "sinew/family/nuri/messages.hpp"
 #include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 
-namespace sinew::cli {
+namespace sinew::diagnosis {
 namespace {
 
 /// Bytes for where a device looks at none. Which of them are harmless depends on everything around them; alternating
@@ -40,6 +40,21 @@ wire::Request after(std::uint8_t prefix, wire::Request request)
     return request;
 }
 
+void add_filled(std::vector<wire::Request>& out, const wire::Request& plain)
+{
+    for (const auto first : fillings)
+        for (const auto second : fillings)
+            if (first != 0 || second != 0)
+                out.push_back(filled(plain, first, second));
+}
+
+void add_prefixed(std::vector<wire::Request>& out)
+{
+    for (std::size_t i = 0, plain = out.size(); i < plain; ++i)
+        for (const auto prefix : prefixes)
+            out.push_back(after(prefix, out[i]));
+}
+
 template <class M>
 void add(std::vector<wire::Request>& out, int id, bool with_fillings)
 {
@@ -47,12 +62,8 @@ void add(std::vector<wire::Request>& out, int id, bool with_fillings)
     if (!plain)
         return;
     out.push_back(*plain);
-    if (!with_fillings)
-        return;
-    for (const auto first : fillings)
-        for (const auto second : fillings)
-            if (first != 0 || second != 0)
-                out.push_back(filled(*plain, first, second));
+    if (with_fillings)
+        add_filled(out, *plain);
 }
 
 void set_response_time(std::vector<wire::Request>& requests, const Family& family)
@@ -62,6 +73,11 @@ void set_response_time(std::vector<wire::Request>& requests, const Family& famil
 }
 
 } // namespace
+
+std::span<const std::uint8_t> fillers()
+{
+    return prefixes;
+}
 
 std::vector<wire::Request> ways_to_ask(const Family& family, int id)
 {
@@ -93,10 +109,19 @@ std::vector<wire::Request> ways_to_ask_model(const Family& family, int id)
     std::vector<wire::Request> out;
     if (family.name == "sam")
         add<sam::ReadFirmwareVersion>(out, id, true);
-    for (std::size_t i = 0, plain = out.size(); i < plain; ++i)
-        for (const auto prefix : prefixes)
-            out.push_back(after(prefix, out[i]));
+    add_prefixed(out);
     set_response_time(out, family);
+    return out;
+}
+
+std::vector<wire::Request> ways_to_send(const Family& family, const wire::Request& read)
+{
+    std::vector<wire::Request> out{read};
+    if (family.name != "sam")
+        return out;
+    add_filled(out, read);
+    if (read.message->name() != "ping")
+        add_prefixed(out);
     return out;
 }
 
@@ -109,4 +134,4 @@ std::optional<wire::Request> safe_one(std::span<const wire::Request> ways, const
     return std::nullopt;
 }
 
-} // namespace sinew::cli
+} // namespace sinew::diagnosis

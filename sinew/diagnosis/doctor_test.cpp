@@ -1,0 +1,178 @@
+#include "sinew/diagnosis/doctor.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+/// What is looked at before anybody is asked: the port. The devices are in tests/scenario.
+namespace sinew::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A line on which nobody is.
+class Silence final : public link::ByteLink
+{
+public:
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
+    {
+        if (is_lost)
+            return fail(Errc::link_lost, "the adapter is gone");
+        return bytes.size();
+    }
+    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override { return link::Arrival{}; }
+    int handle() const override { return -1; }
+    link::LinkState state() const override { return {.open = !is_lost, .bit_rate = 9600}; }
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t rate) override { return rate; }
+
+    bool is_lost = false;
+};
+
+/// Time passes when somebody waits.
+class Hands final : public link::Clock
+{
+public:
+    TimePoint now() const override { return now_; }
+    void wait(std::span<const link::Handle>, TimePoint deadline) override { now_ = std::max(now_, deadline); }
+
+private:
+    TimePoint now_{};
+};
+
+class Port : public testing::Test
+{
+protected:
+    Port() : root_(fs::temp_directory_path() / ("sinew-doctor-" + std::to_string(::getpid())))
+    {
+        fs::create_directories(root_ / "sys/class/tty/ttyUSB0/device");
+        std::ofstream(device()) << "";
+    }
+    ~Port() override { fs::remove_all(root_); }
+
+    std::string device() const { return (root_ / "ttyUSB0").string(); }
+    void set_timer(int ms) { std::ofstream(root_ / "sys/class/tty/ttyUSB0/device/latency_timer") << ms << '\n'; }
+
+    Examination look(const std::string& link = {}, std::optional<Error> refused = {}, bool is_lost = false)
+    {
+        const Surroundings around{
+            .open = [&](const std::string&) -> std::expected<Opened, Error> {
+                if (refused)
+                    return std::unexpected(*refused);
+                auto line = std::make_unique<Silence>();
+                line->is_lost = is_lost;
+                return Opened{std::unique_ptr<link::ByteLink>(std::move(line)), &clock_};
+            },
+            .roots = {.dev = root_.string(), .sys = (root_ / "sys").string(), .proc = (root_ / "proc").string()}};
+        const auto spec = make_spec(*find_family("nuri"), "", "", 3);
+        const Subject subject{.link = link.empty() ? "serial:" + device() + "?baud=9600" : link,
+                              .family = find_family("nuri"),
+                              .expected = {{3, "waist", *spec}}};
+        return examine(subject, around);
+    }
+
+    static const Finding* find(const Examination& all, std::string_view name)
+    {
+        const auto found = std::ranges::find(all.findings, name, &Finding::name);
+        return found == all.findings.end() ? nullptr : &*found;
+    }
+
+private:
+    fs::path root_;
+    Hands clock_;
+};
+
+TEST_F(Port, WithALatencyTimerOf16MsIsSlow)
+{
+    set_timer(16);
+    const auto all = look();
+    const auto* slow = find(all, "slow-adapter");
+    ASSERT_NE(slow, nullptr);
+    EXPECT_NE(slow->evidence.find("16 ms"), std::string::npos);
+    EXPECT_NE(slow->next.find("ttyUSB0/latency_timer"), std::string::npos);
+}
+
+TEST_F(Port, WithALatencyTimerOf1MsIsFine)
+{
+    set_timer(1);
+    const auto all = look();
+    EXPECT_EQ(find(all, "slow-adapter"), nullptr);
+    EXPECT_NE(find(all, "adapter"), nullptr);
+}
+
+TEST_F(Port, ThatIsNotThereIsNamedAndLeavesTheWireAlone)
+{
+    const auto all = look("serial:/dev/sinew-is-not-here?baud=9600");
+    EXPECT_NE(find(all, "device-missing"), nullptr);
+    EXPECT_EQ(all.findings.size(), 1U);
+    EXPECT_NE(std::ranges::find(all.left_out, "bit-rate"), all.left_out.end());
+}
+
+TEST_F(Port, ThatIsRefusedIsNamedByTheReasonAndTheAdapterIsLookedAtAllTheSame)
+{
+    set_timer(16);
+    for (const auto& [code, name] :
+         {std::pair{Errc::link_busy, "port-busy"}, std::pair{Errc::link_failed, "link-failed"},
+          std::pair{Errc::link_denied, "no-permission"}}) {
+        Error error{.code = code};
+        error.detail = "refused";
+        const auto all = look({}, error);
+        EXPECT_NE(find(all, name), nullptr) << name;
+        EXPECT_NE(find(all, "slow-adapter"), nullptr) << name;
+    }
+}
+
+TEST_F(Port, ThatIsLostWhileItIsLookedAtEndsTheWalk)
+{
+    const auto all = look({}, {}, true);
+    EXPECT_NE(find(all, "link-lost"), nullptr);
+    EXPECT_EQ(worst(all.findings), Severity::error);
+}
+
+TEST_F(Port, WithNobodyBehindItSaysSoAndHasAskedAtEveryBitRate)
+{
+    const auto all = look();
+    const auto* none = find(all, "no-answer");
+    ASSERT_NE(none, nullptr);
+    EXPECT_NE(none->evidence.find("id 3 (waist)"), std::string::npos);
+}
+
+TEST(CanInterface, IsNamedByWhatIsWrongWithIt)
+{
+    const auto names_of = [](std::expected<link::CanInterface, Error> interface) {
+        const Surroundings around{.open = [](const std::string&) -> std::expected<Opened, Error> {
+                                      return fail(Errc::link_busy, "not in this test");
+                                  },
+                                  .can_interface = [&](std::string_view) { return interface; }};
+        std::vector<std::string> out;
+        for (const auto& finding : examine({.link = "can:can0", .family = find_family("rmd")}, around).findings)
+            if (finding.name != "port-busy")
+                out.push_back(fmt::format("{} {}", finding.name, to_word(finding.severity)));
+        return out;
+    };
+    using Names = std::vector<std::string>;
+    using enum link::CanState;
+    const link::CanInterface good{.name = "can0", .is_up = true, .bit_rate = 1'000'000, .state = error_active};
+    auto down = good, warning = good, silent = good;
+    down.is_up = false;
+    warning.state = error_warning;
+    silent.state = bus_off;
+    EXPECT_EQ(names_of(good), (Names{"device-file ok", "adapter ok"}));
+    EXPECT_EQ(names_of(down), (Names{"interface-down error"}));
+    EXPECT_EQ(names_of(warning), (Names{"device-file ok", "can-errors warning"}));
+    EXPECT_EQ(names_of(silent), (Names{"device-file ok", "can-errors error"}));
+    EXPECT_EQ(names_of(fail(Errc::link_not_found, "no can0")), (Names{"device-missing error"}));
+}
+
+TEST(Findings, AreAsBadAsTheWorst)
+{
+    EXPECT_EQ(worst({}), Severity::ok);
+    const Finding all[] = {
+        {.severity = Severity::note}, {.severity = Severity::error}, {.severity = Severity::warning}};
+    EXPECT_EQ(worst(all), Severity::error);
+}
+
+} // namespace
+} // namespace sinew::diagnosis

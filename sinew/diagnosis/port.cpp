@@ -1,0 +1,181 @@
+#include "sinew/diagnosis/walk.hpp"
+
+#include <array>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+namespace sinew::diagnosis {
+namespace {
+
+/// FTDI's timer as it comes is 16 ms.
+constexpr int slow_timer_ms = 2;
+
+/// The device file of the link; nothing for links that are no file.
+std::optional<std::string> device_of(const Walk& walk)
+{
+    constexpr std::array<std::string_view, 4> schemes{"serial", "rs485", "pty", "slcan"};
+    if (!walk.uri || std::ranges::find(schemes, walk.uri->scheme) == schemes.end())
+        return std::nullopt;
+    return walk.uri->target;
+}
+
+bool is_pseudo_terminal(const std::string& device)
+{
+    return std::filesystem::path(device).parent_path() == "/dev/pts";
+}
+
+std::string ports_there()
+{
+    std::vector<std::string> names;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator("/dev", none)) {
+        const auto name = entry.path().filename().string();
+        if (name.starts_with("ttyUSB") || name.starts_with("ttyACM"))
+            names.push_back(entry.path().string());
+    }
+    std::ranges::sort(names);
+    return names.empty() ? "no USB serial port is there at all" : fmt::format("there is {}", fmt::join(names, ", "));
+}
+
+void check_interface(Walk& walk, const std::expected<link::CanInterface, Error>& interface)
+{
+    if (!interface)
+        walk.add(interface.error().code == Errc::link_not_found ? "device-missing" : "link-failed",
+                 to_sentence(interface.error()), "`ip -details link show type can` lists what there is.");
+    else if (!interface->is_up)
+        walk.add("interface-down", fmt::format("{} is down", interface->name),
+                 fmt::format("`{}`", link::how_to_bring_up(*interface)));
+    else
+        walk.fine("device-file", fmt::format("{} is up", interface->name));
+}
+
+void check_controller(Walk& walk, const link::CanInterface& interface)
+{
+    using enum link::CanState;
+    const auto evidence = fmt::format("{}: {}, {} errors sending and {} receiving, {} times bus-off, txqueuelen {}",
+                                      interface.name, to_word(interface.state), interface.tx_errors,
+                                      interface.rx_errors, interface.bus_offs, interface.tx_queue);
+    if (interface.state == bus_off || interface.state == error_passive)
+        walk.add("can-errors", evidence);
+    else if (interface.state == error_warning || interface.bus_offs > 0)
+        walk.add("can-errors", evidence).severity = Severity::warning;
+    else
+        walk.fine("adapter", evidence);
+}
+
+void add_no_permission(Walk& walk, const std::string& device)
+{
+    const auto adapter = walk.look_at(device);
+    const bool has_group = !adapter.group.empty();
+    walk.add("no-permission",
+             has_group ? fmt::format("{} belongs to the group {}", device, adapter.group)
+                       : fmt::format("{} is for its owner only", device),
+             has_group
+                 ? fmt::format("Join the group with `sudo usermod -aG {} $USER`, then log in again.", adapter.group)
+                 : std::string{});
+}
+
+} // namespace
+
+void check_device_file(Walk& walk)
+{
+    if (const auto interface = walk.can_interface())
+        return check_interface(walk, *interface);
+    const auto device = device_of(walk);
+    if (!device)
+        return;
+    const auto adapter = walk.look_at(*device);
+    if (!adapter.is_there)
+        walk.add("device-missing", fmt::format("{} does not exist; {}", *device, ports_there()));
+    else
+        walk.fine("device-file", adapter.device == *device || adapter.device.empty()
+                                     ? *device
+                                     : fmt::format("{}, which is {}", *device, adapter.device));
+}
+
+void check_permission(Walk& walk)
+{
+    const auto device = device_of(walk);
+    if (!device)
+        return;
+    const auto adapter = walk.look_at(*device);
+    if (!adapter.is_there)
+        return;
+    if (adapter.may_open)
+        walk.fine("permission", "this user may read and write it");
+    else
+        add_no_permission(walk, *device);
+}
+
+void check_port(Walk& walk)
+{
+    if (walk.has("device-missing") || walk.has("no-permission") || walk.has("interface-down") ||
+        walk.has("link-failed"))
+        return;
+    const auto device = device_of(walk);
+    auto opened = walk.open();
+    if (!opened) {
+        const Error& error = opened.error();
+        if (error.code == Errc::link_busy) {
+            const auto who = device ? walk.who_holds(*device) : std::string{};
+            walk.add("port-busy", who.empty() ? to_sentence(error) : fmt::format("{} is held by {}", *device, who),
+                     who.empty() ? std::string{} : fmt::format("Close {}, then try again.", who));
+        } else if (error.code == Errc::link_denied && device) {
+            add_no_permission(walk, *device);
+        } else {
+            walk.add(error.code == Errc::link_not_found ? "device-missing" : "link-failed", to_sentence(error));
+        }
+        return;
+    }
+    walk.line = std::make_unique<Line>(std::move(opened->link), *opened->clock);
+    const bool says_rate = walk.uri && walk.uri->option("baud").has_value();
+    if (walk.subject.bit_rate != 0 && !walk.line->can() && !says_rate)
+        (void)walk.line->set_bit_rate(walk.subject.bit_rate);
+    if (walk.family != nullptr && walk.family->can != walk.line->can()) {
+        walk.line.reset();
+        walk.add("link-failed", fmt::format("{} devices are on {}, which {} is not", walk.family->name,
+                                            walk.family->can ? "CAN" : "serial lines", walk.subject.link));
+        return;
+    }
+    std::vector<std::string> others;
+    if (device && !is_pseudo_terminal(*device))
+        for (const auto& holder : walk.look_at(*device).holders)
+            if (holder.pid != ::getpid())
+                others.push_back(
+                    fmt::format("{} (pid {})", holder.program.empty() ? "a program" : holder.program, holder.pid));
+    const auto rate = walk.line->bit_rate();
+    if (!others.empty())
+        walk.add("port-shared", fmt::format("{} has {} open", fmt::join(others, ", "), *device));
+    else
+        walk.fine("port", rate != 0 ? fmt::format("open at {} bps, and nobody else has it", rate)
+                                    : "open; it does not tell its bit rate");
+}
+
+void check_adapter(Walk& walk)
+{
+    if (const auto interface = walk.can_interface(); interface && *interface && (*interface)->is_up)
+        return check_controller(walk, **interface);
+    const auto device = device_of(walk);
+    if (!device)
+        return;
+    // After the port was opened: that switches the timer of some drivers to low latency.
+    const auto adapter = walk.look_at(*device);
+    if (!adapter.is_there)
+        return;
+    const auto timer = adapter.latency_timer_ms;
+    const auto name = std::filesystem::path(adapter.device).filename().string();
+    if (timer && *timer > slow_timer_ms)
+        walk.add("slow-adapter", fmt::format("the latency timer of {} ({}) is {} ms", name, adapter.driver, *timer),
+                 fmt::format("`echo 1 | sudo tee /sys/bus/usb-serial/devices/{}/latency_timer`; a udev rule makes it "
+                             "stay.",
+                             name));
+    else if (timer || !adapter.driver.empty())
+        walk.fine("adapter", fmt::format("driver {}, {}", adapter.driver.empty() ? "unknown" : adapter.driver,
+                                         timer ? fmt::format("latency timer {} ms", *timer) : "no latency timer"));
+    else
+        walk.fine("adapter", "no latency timer");
+}
+
+} // namespace sinew::diagnosis

@@ -1,0 +1,130 @@
+#include "sinew/diagnosis/scanner.hpp"
+#include "sinew/sim/simulator.hpp"
+
+#include <cstdio>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+/// Scans of simulated wires in virtual time: what they find, and that they take as long as they say.
+namespace sinew {
+namespace {
+
+using diagnosis::Found;
+using diagnosis::Pass;
+
+struct Scanned {
+    std::vector<Found> found;
+    Duration took{};
+    Duration predicted{};
+};
+
+Scanned scan(std::string_view robot, std::uint32_t link_rate, bool all = false,
+             std::vector<const Family*> families = {})
+{
+    const auto file = config::parse_robot_file(robot, "scan.toml");
+    EXPECT_TRUE(file) << to_sentence(file.error());
+    auto simulator = sim::Simulator::make(*file);
+    EXPECT_TRUE(simulator) << to_sentence(simulator.error());
+    auto link = (*simulator)->open("");
+    EXPECT_TRUE(link);
+    auto& clock = (*simulator)->clock();
+    diagnosis::Line line(std::move(*link), clock);
+    EXPECT_TRUE(line.set_bit_rate(link_rate));
+    diagnosis::Scanner scanner(line);
+    const auto passes = diagnosis::passes({.families = std::move(families)}, line.can(), line.bit_rate());
+    Scanned out{.predicted = diagnosis::expected_time(passes)};
+    const TimePoint begin = clock.now();
+    const auto done = scanner.sweep(passes, all, [] { return false; }, [](const Pass&, int) {}, out.found);
+    EXPECT_TRUE(done) << to_sentence(done.error());
+    EXPECT_EQ(scanner.left_out(), 0U);
+    out.took = clock.now() - begin;
+    std::printf("predicted %.2f s, needed %.2f s, found %zu\n", seconds(out.predicted), seconds(out.took),
+                out.found.size());
+    return out;
+}
+
+constexpr std::string_view nobody = R"(version = 1
+name = "nobody"
+[bus.only]
+family = "nuri"
+bit_rate = 9600
+[joint.off]
+bus = "only"
+id = 3
+[[sim.fault]]
+kind = "unplug"
+joint = "off"
+)";
+
+TEST(Scan, OfEveryBitRateAndIdOfNuriNeedsWhatWasPredictedAndLessThanEightMinutes)
+{
+    const auto scanned = scan(nobody, 9600, true, {find_family("nuri")});
+    EXPECT_TRUE(scanned.found.empty());
+    EXPECT_NEAR(seconds(scanned.took), seconds(scanned.predicted), 0.01 * seconds(scanned.predicted));
+    EXPECT_LT(seconds(scanned.took), 8 * 60.0);
+}
+
+std::string one(std::string_view family, int id, std::uint32_t rate, std::string_view more = "")
+{
+    return fmt::format("version = 1\nname = \"one\"\n[bus.only]\nfamily = \"{}\"\nbit_rate = {}\n{}\n"
+                       "[joint.j]\nbus = \"only\"\nid = {}\n{}",
+                       family, rate, more, id, family == "sam" ? "model = \"SAM-20\"\n" : "");
+}
+
+TEST(Scan, FindsOneDeviceAsItWasDeliveredWithinThreeSeconds)
+{
+    for (const auto* family : families()) {
+        const std::uint32_t opened = family->can ? family->default_bit_rate : 1'500'000;
+        const auto scanned = scan(one(family->name, family->default_id, family->default_bit_rate), opened);
+        ASSERT_EQ(scanned.found.size(), 1U) << family->name;
+        EXPECT_EQ(scanned.found[0].family, family);
+        EXPECT_EQ(scanned.found[0].id, family->default_id);
+        EXPECT_LT(seconds(scanned.took), 3.0) << family->name;
+    }
+}
+
+TEST(Scan, FindsADeviceAtAnUnlikelyIdAndBitRate)
+{
+    const auto scanned = scan(one("nuri", 200, 38400), 1'500'000);
+    ASSERT_EQ(scanned.found.size(), 1U);
+    EXPECT_EQ(scanned.found[0].id, 200);
+    EXPECT_EQ(scanned.found[0].bit_rate, 38400U);
+}
+
+TEST(Scan, FindsEveryDeviceBehindAnAdapterWithALatencyOf16Ms)
+{
+    const auto scanned = scan(one("nuri", 1, 115200, "[bus.only.sim]\nusb_latency_s = 0.016\n") +
+                                  "[joint.k]\nbus = \"only\"\nid = 254\n[joint.l]\nbus = \"only\"\nid = 20\n",
+                              115200);
+    ASSERT_EQ(scanned.found.size(), 3U);
+    EXPECT_EQ(scanned.found[1].id, 20);
+    EXPECT_EQ(scanned.found[2].id, 254);
+}
+
+TEST(Scan, FindsWhoAnswersAsLateAsTheManualAllows)
+{
+    const auto scanned = scan(R"(version = 1
+name = "late"
+[bus.only]
+family = "nuri"
+bit_rate = 115200
+[joint.a]
+bus = "only"
+id = 1
+[joint.b]
+bus = "only"
+id = 5
+[joint.c]
+bus = "only"
+id = 60
+profile_options = { response_time_us = 25400 }
+[joint.d]
+bus = "only"
+id = 61
+)",
+                              115200);
+    EXPECT_EQ(scanned.found.size(), 4U);
+}
+
+} // namespace
+} // namespace sinew
