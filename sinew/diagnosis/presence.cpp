@@ -45,7 +45,7 @@ void add_missing(Walk& walk)
     }
     for (auto* patient : gone)
         walk.add(*patient, "missing-device",
-                 fmt::format("{} does not answer; others after it do", Walk::name_of(*patient)));
+                 fmt::format("{} does not answer, and others do", Walk::name_of(*patient)));
 }
 
 /// Those that nobody expects, at the rate of the line.
@@ -89,7 +89,7 @@ Checked check_devices(Walk& walk)
     if (expected != 0 && found != 0)
         if (auto done = look_for_others(walk); !done)
             return done;
-    if (complete)
+    if (complete && found != 0)
         walk.fine("devices", expected != 0
                                  ? fmt::format("all {} of the robot file answer", expected)
                                  : fmt::format("{} {}: {}", found, walk.family->name, Walk::names_of(walk.present())));
