@@ -80,6 +80,8 @@ constexpr Kind all[] = {
     {"latched-over-temperature", "health", error,
      "The device was too hot, has cooled down, and stays off until its error is cleared.",
      "Find out what made it hot, then `sinew send LINK --family rmd --id ID clear-error`."},
+    {"device-fault", "health", error, "The device has stopped or holds back because of a fault of its own.",
+     "Find the cause, then `sinew send LINK --family rmd --id ID clear-error`."},
     {"unexplained-fault", "health", warning, "The device reports a fault that no document explains.",
      "Look it up in the papers of the motor; the bits are in the evidence."},
     {"unreadable", "health", error, "The device is there, but not everything can be read from it.",

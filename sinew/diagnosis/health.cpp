@@ -35,9 +35,14 @@ void judge(Walk& walk, const Patient& patient, const actuator::State& state)
     // The vendor's tool has a limit of 100 degC; what is so much cooler has cooled down.
     constexpr double cool_c = 70.0;
     const bool is_cool = state.temperature_c && *state.temperature_c < cool_c;
-    if (state.faults->has(over_temperature))
+    if (state.faults->has(high_voltage))
+        walk.add(patient, "high-voltage", fmt::format("{} reports high voltage", who));
+    if (state.faults->has(over_temperature) || state.faults->has(driver_over_temperature))
         walk.add(patient, is_cool ? "latched-over-temperature" : "over-temperature",
                  fmt::format("{} reports over-temperature{}", who, temperature));
+    for (const auto fault : {over_current, short_circuit, stall, input_lost})
+        if (state.faults->has(fault))
+            walk.add(patient, "device-fault", fmt::format("{} reports {}", who, to_word(fault)));
     if (state.faults->has(unexplained))
         walk.add(patient, "unexplained-fault", fmt::format("{} reports 0x{:02X}", who, state.raw_faults));
 }

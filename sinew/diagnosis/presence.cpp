@@ -44,8 +44,7 @@ void add_missing(Walk& walk)
         return;
     }
     for (auto* patient : gone)
-        walk.add(*patient, "missing-device",
-                 fmt::format("{} does not answer, and others do", Walk::name_of(*patient)));
+        walk.add(*patient, "missing-device", fmt::format("{} does not answer, and others do", Walk::name_of(*patient)));
 }
 
 /// Those that nobody expects, at the rate of the line.

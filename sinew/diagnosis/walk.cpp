@@ -155,7 +155,11 @@ std::vector<wire::Request> Walk::state_reads(const Patient& patient) const
     const auto requests = make_driver(*patient.spec)->plan_read(actuator::Depth::full);
     if (!requests)
         return {};
-    return {requests->all().begin(), requests->all().end()};
+    std::vector<wire::Request> out;
+    for (const auto& request : requests->all())
+        if (request.message->info.access == wire::Access::read)
+            out.push_back(request);
+    return out;
 }
 
 } // namespace sinew::diagnosis
