@@ -25,7 +25,8 @@ template <class T>
 T value_of(Bytes bytes)
 {
     T value{};
-    std::memcpy(&value, bytes.data(), std::min(bytes.size(), sizeof value));
+    if (!bytes.empty()) // an empty span may point nowhere
+        std::memcpy(&value, bytes.data(), std::min(bytes.size(), sizeof value));
     return value;
 }
 

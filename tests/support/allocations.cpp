@@ -4,9 +4,21 @@
 #include <cstdlib>
 #include <new>
 
+// The thread sanitizer has operators of its own and takes no others beside them; then nothing is counted.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define SINEW_COUNTS_NOTHING
+#endif
+#endif
+
 namespace {
 
 std::atomic<std::uint64_t> count{0};
+
+} // namespace
+
+#ifndef SINEW_COUNTS_NOTHING
+namespace {
 
 void* allocate(std::size_t size)
 {
@@ -47,6 +59,8 @@ void operator delete[](void* memory, std::size_t) noexcept
 {
     std::free(memory);
 }
+
+#endif
 
 std::uint64_t sinew::support::allocations()
 {
