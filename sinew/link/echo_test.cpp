@@ -167,6 +167,16 @@ TEST_F(AutomaticEcho, TakesNoPieceOfADamagedEchoForAnAnswer)
     EXPECT_EQ(link_->echo(), Echo::on);
 }
 
+TEST_F(AutomaticEcho, ReadsOnHoweverMuchFollowsADamagedEcho)
+{
+    write("request");
+    inner_->reads = {"reqXest", std::string(2000, 'x')};
+    std::array<std::uint8_t, 64> into;
+    for (int i = 0; i < 40; ++i)
+        EXPECT_EQ(link_->read(into)->count, 0U);
+    EXPECT_TRUE(inner_->reads.empty());
+}
+
 TEST_F(AutomaticEcho, IsNotFoundAfterThreeAnswersThatLookLikeTheirRequests)
 {
     for (int i = 0; i < 3; ++i) {

@@ -1,3 +1,4 @@
+#include "sinew/link/echo.hpp"
 #include "sinew/link/tcp.hpp"
 #include "tests/fuzz/check.hpp"
 
