@@ -146,10 +146,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const TimePoint deadline = ends.clock.now() + std::chrono::seconds(5);
     const link::Handle handles[] = {{.fd = link->handle()}};
     for (int empty = 0; empty < 2 && ends.clock.now() < deadline;) {
-        const bool all = came == told.size();
         if (read_some(64) > 0)
             empty = 0;
-        else if (all)
+        else if (came == told.size())
             ++empty;
         else
             ends.clock.wait(handles, deadline);
