@@ -85,7 +85,9 @@ void Conversation::abandon(const Error& error, TimePoint now)
     for (std::size_t i = 0; i < results_.size(); ++i)
         if (results_[i].stage != Result::Stage::done)
             abandon(requests_[i], results_[i], error, now);
-    open_ = waiting_count_ = sent_count_ = outbox_size_ = 0;
+    open_ = waiting_count_ = sent_count_ = outbox_size_ = current_ = 0;
+    requests_ = {};
+    results_ = {};
     outstanding_.reset();
     on_wire_ = Duration{};
     drop_buffered(now);
