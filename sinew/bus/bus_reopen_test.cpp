@@ -70,7 +70,9 @@ private:
 class BusReopen : public ::testing::Test
 {
 protected:
-    explicit BusReopen(const wire::Protocol& protocol = framed) : bus_("arm", *adapter_.open(), adapter_, protocol)
+    /// The adapter's device answers after 1 ms at any bit rate.
+    explicit BusReopen(const wire::Protocol& protocol = framed)
+        : bus_("arm", *adapter_.open(), adapter_, protocol, {.paced = false})
     {
         bus_.set_reopen([this] { return adapter_.open(); });
         adapter_.tries = 0;
