@@ -99,12 +99,12 @@ private:
     /// Of the frame that it puts on the wire next.
     std::uint32_t identifier(std::size_t i) const
     {
-        const auto& [id, message, frame, options, answered, response_time] = requests_[i];
+        const wire::Request& request = requests_[i];
         if (progress_[i].stage == Stage::queued)
-            return frame.can_id;
-        const std::uint32_t base =
-            options.can_reply_base != 0 ? options.can_reply_base : message->reply.layout->can_base;
-        return base + (frame.can_id - message->request.layout->can_base);
+            return request.frame.can_id;
+        const std::uint32_t base = request.options.can_reply_base != 0 ? request.options.can_reply_base
+                                                                       : request.message->reply.layout->can_base;
+        return base + (request.frame.can_id - request.message->request.layout->can_base);
     }
 
     /// The frame that wins: of those that are ready first, the lowest identifier. The host sends in order.
