@@ -1,6 +1,7 @@
 """What doctor says over real pseudo terminals: of ports that cannot be opened, and of a robot that is well."""
 import fcntl
 import os
+import pathlib
 import pty
 import re
 import shutil
@@ -115,11 +116,11 @@ class Robot(unittest.TestCase):
 
 class Pages(unittest.TestCase):
     def test_every_finding_has_a_page(self):
-        source = open(os.path.join(SOURCE, "sinew/diagnosis/finding.cpp"), encoding="utf-8").read()
+        source = (pathlib.Path(SOURCE) / "sinew/diagnosis/finding.cpp").read_text(encoding="utf-8")
         kinds = re.findall(r'\{"([a-z-]+)", "[a-z-]+",', source)
         self.assertGreater(len(kinds), 20)
-        folder = os.path.join(SOURCE, "docs/troubleshooting")
-        pages = "".join(open(os.path.join(folder, page), encoding="utf-8").read() for page in os.listdir(folder))
+        folder = pathlib.Path(SOURCE) / "docs/troubleshooting"
+        pages = "".join(page.read_text(encoding="utf-8") for page in folder.glob("*.md"))
         self.assertEqual([kind for kind in kinds if f"`{kind}`" not in pages], [])
 
 
