@@ -353,8 +353,12 @@ TEST(Matching, OfRmdNeverReturnsAnothersData)
             ask.requests.push_back(choice[dice.pick(static_cast<unsigned>(choice.size()))]);
         ask.results.resize(ask.requests.size());
         rig.wire.faults().reply_delay = 50us * (1 + dice.pick(1000));
-        if (dice.falls(5e-4))
-            rig.stations[dice.pick(8)]->is_plugged ^= true;
+        if (dice.falls(5e-4)) { // at most one is unplugged, half of the time none
+            const unsigned out = dice.pick(16);
+            for (std::size_t i = 0; i < rig.stations.size(); ++i)
+                rig.stations[i]->is_plugged = i != out;
+            rig.wire.refresh();
+        }
         const TimePoint began = clock.now();
         (void)rig.bus->exchange(ask.requests, ask.results);
         check_waits(*rig.bus, ask, began, tally);
