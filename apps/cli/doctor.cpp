@@ -81,9 +81,8 @@ void print_finding(const Finding& finding)
     const auto head =
         is_narrow ? fmt::format("  {} {}", severity, finding.name) : fmt::format("  {:<7}  {}", severity, finding.name);
     const auto line = finding.evidence.empty() ? head : fmt::format("{}: {}", head, finding.evidence);
-    // The words that `wrap` counts begin after the blanks of the margin.
     const auto margin = line.find_first_not_of(' ');
-    const auto text = wrap(line.substr(margin), indent, columns() + indent - margin);
+    const auto text = wrap(line.substr(margin), indent, columns());
     fmt::print("{}{}\n", std::string(margin, ' '), finding.severity >= Severity::warning ? bold(text) : text);
     if (finding.severity == Severity::ok)
         return;

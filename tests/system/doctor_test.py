@@ -79,7 +79,8 @@ class Robot(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        assert cls.sim.close() == 130
+        code = cls.sim.close()
+        assert code == 0, f"the simulator ended with {code}"
 
     def links(self):
         return [word for name, link in self.sim.link.items() for word in ("--link", f"{name}={link}")]
