@@ -123,6 +123,10 @@ class Command(OnCan):
 
 
 class Trouble(OnCan):
+    def news(self):
+        """What the simulator says of its bus next; a slow guest may make it complain of the pace in between."""
+        return next(line for line in self.sim.process.stderr if "legs: " in line)
+
     def test_two_masters_at_once(self):
         masters = [self.start(SINEW, "watch", joint, *self.sim.robot, "--json", "--rate", "100", "--for", "2s")
                    for joint in ("hip", "knee")]
@@ -161,12 +165,12 @@ class Trouble(OnCan):
         self.assertNotIn("error", next(lines))
         run("ip", "link", "set", "vcan1", "down")
         error = next(line["error"] for line in lines if "error" in line)
-        self.assertIn("vcan1 went down; 'ip link set vcan1 up' brings it up again", error)
-        self.assertIn("legs: vcan1 went down;", self.sim.process.stderr.readline())
+        self.assertRegex(error, "vcan1 (went|is) down[;:] 'ip link set vcan1 up' brings it up")
+        self.assertIn("vcan1 went down;", self.news())
         done = sinew("scan", "can:vcan1", code=6)
         self.assertIn("vcan1 is down: 'ip link set vcan1 up' brings it up", done.stderr)
         run("ip", "link", "set", "vcan1", "up")
-        self.assertIn("legs: vcan1 is back", self.sim.process.stderr.readline())
+        self.assertIn("vcan1 is back", self.news())
         self.assertIn("position_rad", next(line for line in lines if "error" not in line))
         self.assertEqual(len(as_json("scan", "can:vcan1", "--ids", "1-4")["devices"]), 4)
 
@@ -175,7 +179,7 @@ class Trouble(OnCan):
         self.assertNotIn("error", next(lines))
         run("ip", "link", "del", "vcan1")
         error = next(line["error"] for line in lines if "error" in line)
-        self.assertRegex(error, "vcan1 (went down|is gone)")
+        self.assertRegex(error, "vcan1 (went down|is gone)|there is no CAN interface 'vcan1'")
         done = sinew("scan", "can:vcan1", code=3)
         self.assertIn("there is no CAN interface 'vcan1', did you mean vcan0?", done.stderr)
 
