@@ -7,6 +7,7 @@
 #include "sinew/sim/simulator.hpp"
 #include "tests/support/random.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -36,10 +37,12 @@ struct Held {
 };
 
 /// After `warm_up` rounds there are as many descriptors as at the end, and no more of the heap than a sentence or two
-/// that got longer.
+/// that got longer. A connection that the other thread is just about to take or to close may be counted or not:
+/// `in_passing` of them; a leak would be one a round.
 class Leaks
 {
 public:
+    explicit Leaks(std::ptrdiff_t in_passing) : in_passing_(in_passing) {}
     void round(int number)
     {
         if (number == warm_up)
@@ -48,13 +51,14 @@ public:
     ~Leaks()
     {
         const Held after = Held::now();
-        EXPECT_EQ(after.descriptors, before_.descriptors);
+        EXPECT_LE(std::abs(after.descriptors - before_.descriptors), in_passing_);
         EXPECT_LE(after.heap, before_.heap + 4096);
         fmt::print("{} descriptors before and {} after, {} bytes of heap before and {} after\n", before_.descriptors,
                    after.descriptors, before_.heap, after.heap);
     }
 
 private:
+    std::ptrdiff_t in_passing_;
     Held before_ = Held::now();
 };
 
@@ -78,7 +82,7 @@ TEST(Replug, OfEveryFamilyInVirtualTimeIsOverWithin200Milliseconds)
         bus::Bus bus(wire.name, *simulator->open(wire.name), clock, *wire.family->protocol);
         bus.set_reopen([&] { return simulator->open(wire.name); });
         Duration longest{};
-        Leaks leaks;
+        Leaks leaks(0);
         for (int i = 0; i < replugs() + warm_up; ++i) {
             leaks.round(i);
             ASSERT_TRUE(ask(bus, 1).has_value());
@@ -217,7 +221,7 @@ TEST(Replug, OfPseudoTerminalsUnderOtherNamesAndOfATcpPortLeavesNothingBehind)
     waist.set_reopen(links.reopener(devices.uri(2), clock), 1ms);
     constexpr Duration patience = 10s; // of a machine that has other work
     Duration longest{};
-    Leaks leaks;
+    Leaks leaks(1);
     for (int i = 0; i < replugs() + warm_up; ++i) {
         leaks.round(i);
         for (bus::Bus* bus : all)
