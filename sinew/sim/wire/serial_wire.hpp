@@ -43,7 +43,7 @@ struct HostEnd {
 class SerialWire
 {
 public:
-    static constexpr std::size_t host_capacity = 4096;
+    static constexpr std::size_t host_capacity = 2048;
     static constexpr std::size_t spare_replies = 16; ///< at most one for each station, and these, wait; more are lost
     static constexpr std::size_t most_ears = 16;     ///< devices at still other rates are deaf
 
