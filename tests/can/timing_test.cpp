@@ -159,7 +159,8 @@ TEST_F(Timing, AWaitingCallEndsAsSoonAsItsInterfaceGoesDown)
     taking_down.join();
     ASSERT_FALSE(result.good);
     EXPECT_EQ(result.error.code, Errc::link_lost);
-    EXPECT_EQ(to_sentence(result.error), "vcan10 went down; 'ip link set vcan10 up' brings it up again");
+    EXPECT_EQ(to_sentence(result.error),
+              "read-status2 to id 1: vcan10 went down; 'ip link set vcan10 up' brings it up again");
     EXPECT_FALSE(done);
     EXPECT_GE(ended, begin + 20ms);
     EXPECT_LE(ended, down_at.load() + 1ms);

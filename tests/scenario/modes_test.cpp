@@ -295,7 +295,9 @@ TEST(Modes, ANuriNeverTellsAWrongSignHoweverItTurns)
         int told = 0, beyond = 0;
         constexpr int looks = 400;
         for (int i = 0; i < looks; ++i) {
-            const double deg_s = (random.one_in(3) ? -1.0 : 1.0) * static_cast<double>(30 + random.below(330));
+            // To and fro at first, then far out: what is told beyond the range of a feedback is looked at, too.
+            const bool goes_back = i < looks / 2 && random.one_in(3);
+            const double deg_s = (goes_back ? -1.0 : 1.0) * static_cast<double>(30 + random.below(330));
             if (i % 20 == 0)
                 robot.command(turner, {.mode = Mode::velocity, .velocity_rad_s = units::rad(deg_s), .duration = 100ms});
             robot.wait(std::chrono::milliseconds(random.below(150)));
