@@ -52,7 +52,7 @@ std::unexpected<Error> refuse_option(std::string_view option, const Scheme& sche
 }
 
 /// Of the port of an adapter: see `Links::reopener`.
-auto device_reopener(std::function<std::expected<AnyLink, Error>(const Uri&, Clock&)> open, const Roots& roots)
+auto device_reopener(const std::function<std::expected<AnyLink, Error>(const Uri&, Clock&)>& open, const Roots& roots)
 {
     return [open, roots](const Uri& uri, Clock& clock) -> Reopen {
         Uri again = uri;
