@@ -86,7 +86,11 @@ std::string help()
     out += section("Options",
                    {{"--help", "show this; after a verb: what that verb takes"}, {"--version", "show the version"}});
     out += section("Environment",
-                   {{"SINEW_ROBOT", "the robot file, where --robot is not given"}, {"NO_COLOR", "no bold text"}});
+                   {{"SINEW_ROBOT", "the robot file, where --robot is not given"},
+                    {"SINEW_PATIENCE",
+                     "how long a slow or busy host may let an answer lie, such as 500ms; without it what its answers "
+                     "were measured to take"},
+                    {"NO_COLOR", "no bold text"}});
     rows.clear();
     for (const auto& code : exit_codes())
         rows.emplace_back(std::to_string(code.number), code.says);

@@ -60,6 +60,21 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
     return all;
 }
 
+/// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
+std::expected<bus::Settings, Error> bus_settings()
+{
+    bus::Settings settings;
+    const char* word = std::getenv("SINEW_PATIENCE");
+    if (word == nullptr || *word == '\0')
+        return settings;
+    const auto patience = duration_from("SINEW_PATIENCE", word);
+    if (!patience)
+        return std::unexpected(patience.error());
+    for (Duration* margin : {&settings.margin_at_first, &settings.margin_least, &settings.margin_most})
+        *margin = std::max(*margin, *patience);
+    return settings;
+}
+
 } // namespace
 
 std::optional<std::string> robot_path(const Words& words)
@@ -173,7 +188,11 @@ std::expected<bus::Bus*, Error> Session::bus_of(const Device& device)
         if (device.family->can != std::holds_alternative<std::unique_ptr<link::CanLink>>(*link))
             return fail(Errc::bad_argument, fmt::format("{} devices are on {}, which {} is not", device.family->name,
                                                         device.family->can ? "CAN" : "serial lines", device.link));
-        auto bus = std::make_unique<bus::Bus>(device.link, std::move(*link), *clock_, *device.family->protocol);
+        const auto settings = bus_settings();
+        if (!settings)
+            return std::unexpected(settings.error());
+        auto bus =
+            std::make_unique<bus::Bus>(device.link, std::move(*link), *clock_, *device.family->protocol, *settings);
         bus->set_reopen(links_.reopener(device.link, *clock_));
         auto stop = std::make_unique<StopOnInterrupt>(*bus);
         known = open_.insert(open_.end(), Open{device.link, device.family, std::move(bus), std::move(stop)});

@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::string_view prefix = "sim-";
 constexpr std::string_view ending = ".sock";
-constexpr std::size_t longest = 64 * 1024; // one message each way; the first byte of an answer is + or -
+constexpr std::size_t longest = 64 * 1024;  // one message each way; the first byte of an answer is + or -
+constexpr std::ptrdiff_t most_waiting = 32; // who asks nothing gives way to who comes later
 constexpr char good = '+';
 constexpr char bad = '-';
 constexpr std::string_view sniff_word = "sniff "; // then the bus, a newline and the robot file
@@ -146,21 +147,34 @@ void SimControl::hear(std::string_view sentence)
     fmt::print(stderr, "sinew sim: {}\n", sentence);
 }
 
+// Who connects may be long in asking, and the robot does not wait for it.
 void SimControl::serve_socket()
 {
-    link::Fd client(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC));
-    if (!client)
-        return;
-    const timeval patience{.tv_sec = 0, .tv_usec = 20'000}; // who connects has its question ready
-    ::setsockopt(client.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    std::string line(longest, '\0');
-    const ssize_t size = ::recv(client.get(), line.data(), line.size(), 0);
-    if (size <= 0)
-        return;
-    line.resize(static_cast<std::size_t>(size));
+    while (link::Fd client{::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC)})
+        waiting_.push_back(std::move(client));
+    if (std::ssize(waiting_) > most_waiting)
+        waiting_.erase(waiting_.begin(), waiting_.end() - most_waiting);
+    std::string line;
+    for (link::Fd& client : waiting_) {
+        line.resize(longest);
+        const ssize_t size = ::recv(client.get(), line.data(), line.size(), MSG_DONTWAIT);
+        if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
+            continue;
+        if (size > 0)
+            serve_visitor(std::move(client), std::string_view(line).substr(0, static_cast<std::size_t>(size)));
+        client = {};
+    }
+    std::erase_if(waiting_, [](const link::Fd& client) { return !client; });
+    handles_.resize(2);
+    for (const link::Fd& client : waiting_)
+        handles_.push_back({client.get()});
+}
+
+void SimControl::serve_visitor(link::Fd client, std::string_view line)
+{
     const bool sniffs = line.starts_with(sniff_word);
-    const auto answer = sniffs ? begin_sniffing(std::string_view(line).substr(sniff_word.size()))
-                               : sim::respond(simulator_->world(), line);
+    const auto answer =
+        sniffs ? begin_sniffing(line.substr(sniff_word.size())) : sim::respond(simulator_->world(), line);
     const std::string reply = answer ? good + *answer : bad + to_sentence(answer.error());
     static_cast<void>(::send(client.get(), reply.data(), std::min(reply.size(), longest), MSG_NOSIGNAL));
     if (!sniffs || !answer)

@@ -44,6 +44,7 @@ private:
         record::PcapngWriter writer;
     };
     void serve_socket();
+    void serve_visitor(link::Fd client, std::string_view line);
     std::expected<std::string, Error> begin_sniffing(std::string_view words);
     void pass_on(const sim::RealTimeSimulator::Passed& passed);
     void serve_prompt();
@@ -54,7 +55,8 @@ private:
     std::function<void()> on_quit_;
     link::Fd socket_;
     std::filesystem::path path_;
-    std::array<link::Handle, 2> handles_{};
+    std::vector<link::Handle> handles_; // the socket, the prompt, then those who wait
+    std::vector<link::Fd> waiting_;     // connected, and their question is still to come
     std::string typed_;
     std::uint64_t late_told_ = 0;
     std::vector<Sniffer> sniffers_;

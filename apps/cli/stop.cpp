@@ -13,23 +13,39 @@ struct Done {
     std::expected<std::string, Error> outcome; ///< what it does now
 };
 
-std::expected<std::string, Error> stop_one(Session& session, Device device, bool keep_torque)
+/// Whether the same words may be understood the next time: the line is there, and the answer is missing or spoiled.
+bool may_pass(Errc code)
+{
+    return code >= Errc::timeout && code <= Errc::bad_reply;
+}
+
+std::expected<std::string, Error> stop_driven(Driven& driven, bool keep_torque)
+{
+    if (keep_torque) {
+        if (auto held = hold(driven); !held)
+            return std::unexpected(held.error());
+        return "told to hold";
+    }
+    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
+    if (!requests)
+        return std::unexpected(requests.error());
+    const bool acknowledged = requests->all().back().answered;
+    if (auto sent = carry_out(driven, *requests); !sent)
+        return std::unexpected(sent.error());
+    return acknowledged ? "released" : "released (not acknowledged)";
+}
+
+/// Again where a device did not confirm: a stop changes nothing when it is carried out twice, and one lost frame must
+/// not leave a motor running.
+std::expected<std::string, Error> stop_one(Session& session, Device device, bool keep_torque, int attempts = 3)
 {
     auto driven = drive(session, std::move(device));
     if (!driven)
         return std::unexpected(driven.error());
-    if (keep_torque) {
-        if (auto held = hold(*driven); !held)
-            return std::unexpected(held.error());
-        return "told to hold";
-    }
-    const auto requests = driven->driver->plan({.mode = actuator::Mode::release}, {});
-    if (!requests)
-        return std::unexpected(requests.error());
-    const bool acknowledged = requests->all().back().answered;
-    if (auto sent = carry_out(*driven, *requests); !sent)
-        return std::unexpected(sent.error());
-    return acknowledged ? "released" : "released (not acknowledged)";
+    auto outcome = stop_driven(*driven, keep_torque);
+    for (int again = 1; !outcome && may_pass(outcome.error().code) && again < attempts; ++again)
+        outcome = stop_driven(*driven, keep_torque);
+    return outcome;
 }
 
 /// All devices of a line at once, where the family has a message for that.
@@ -72,11 +88,12 @@ std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words&
         return done;
     }
     Done none{"any id", fail(Errc::timeout, "nobody answered")};
+    constexpr int attempts = 1; // most ids are nobody's
     for (auto id = (*family)->ids.low; id <= (*family)->ids.high; ++id) {
         const auto device = device_with(static_cast<int>(id));
         if (!device)
             return std::unexpected(device.error());
-        Done one{device->name, stop_one(session, *device, words.has("--hold"))};
+        Done one{device->name, stop_one(session, *device, words.has("--hold"), attempts)};
         if (one.outcome || one.outcome.error().code != Errc::timeout)
             done.push_back(std::move(one));
         if (!done.empty() && !done.back().outcome && done.back().outcome.error().code >= Errc::link_not_found &&

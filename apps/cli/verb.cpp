@@ -38,14 +38,19 @@ std::expected<std::optional<Duration>, Error> Words::duration(std::string_view n
     const auto word = text(name);
     if (!word)
         return std::nullopt;
+    return duration_from(name, *word);
+}
+
+std::expected<Duration, Error> duration_from(std::string_view name, std::string_view word)
+{
     double value = 0.0;
-    const auto [end, problem] = std::from_chars(word->data(), word->data() + word->size(), value);
-    const std::string_view unit(end, static_cast<std::size_t>(word->data() + word->size() - end));
+    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const std::string_view unit(end, static_cast<std::size_t>(word.data() + word.size() - end));
     const double scale = unit.empty() || unit == "s" ? 1.0 : unit == "ms" ? 1e-3 : unit == "min" ? 60.0 : 0.0;
     constexpr double longest_s = 1e8;
     if (problem != std::errc{} || scale == 0.0 || !std::isfinite(value) || value <= 0.0 || value * scale > longest_s)
         return fail(Errc::bad_argument,
-                    fmt::format("{} takes a time such as 10s, 500ms or 2min, not '{}'", name, *word));
+                    fmt::format("{} takes a time such as 10s, 500ms or 2min, not '{}'", name, word));
     return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value * scale));
 }
 

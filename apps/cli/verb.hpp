@@ -53,6 +53,9 @@ private:
     std::map<std::string, std::vector<std::string>, std::less<>> all_;
 };
 
+/// A positive number of seconds, as `Words::duration` reads it; `name` is who takes it.
+std::expected<Duration, Error> duration_from(std::string_view name, std::string_view word);
+
 /// The exit code, or what went wrong, of which `main` makes a sentence and the exit code that belongs to it.
 using Outcome = std::expected<int, Error>;
 

@@ -94,7 +94,7 @@ class Robot(unittest.TestCase):
     def test_ctrl_c_while_moving_stops_and_holds(self):
         sinew("move", "waist_yaw", "-60deg", *self.sim.robot, "--yes")
         move = Terminal("move", "waist_yaw", "60deg", *self.sim.robot, "--yes", "--speed", "5deg/s")
-        move.read_until("0.20 s")
+        move.read_rows(3)
         move.process.send_signal(signal.SIGINT)
         move.read_until("Stopped; it holds at")
         self.assertEqual(move.end(), 130)

@@ -1,6 +1,7 @@
 """`sinew sim` as somebody uses it: asked from another process, at its prompt, with a flash file, and with wrong input."""
 import os
 import re
+import socket
 import subprocess
 import tempfile
 import tomllib
@@ -93,6 +94,15 @@ class Control(Apart):
         self.assertEqual(sinew("sim", "mend", "elbow").stdout, "1 fault taken back\n")
         self.ping()
         self.assertNotIn("unplug", self.look("elbow"))
+
+    def test_one_who_connects_and_asks_late_is_answered_and_holds_nobody_up(self):
+        late = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        late.connect(os.path.join(os.environ["XDG_RUNTIME_DIR"], "sinew", f"sim-{self.sim.process.pid}.sock"))
+        for _ in range(5):
+            self.ping()
+        late.send(b"look elbow")
+        self.assertIn(b"elbow", late.recv(4096))
+        late.close()
 
     def test_a_fault_of_a_bus_hits_all_of_it_and_nothing_else(self):
         sinew("sim", "fault", "left", "power-cut")

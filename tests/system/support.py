@@ -15,6 +15,7 @@ PATIENCE = 120  # seconds; for a machine that has other work
 
 def environment(**more):
     env = {k: v for k, v in os.environ.items() if k not in ("SINEW_ROBOT", "COLUMNS", "NO_COLOR")}
+    env["SINEW_PATIENCE"] = "1s"  # the machine that runs this may have other work
     env.update(more)
     return env
 
@@ -75,6 +76,15 @@ class Terminal:
             ready, _, _ = select.select([self.master], [], [], max(0, end - time.monotonic()))
             if not ready or not self._read():
                 raise AssertionError(f"'{word}' did not come, but: {self.seen}")
+        return self.seen
+
+    def read_rows(self, count):
+        """The first `count` lines, however late they come."""
+        end = time.monotonic() + PATIENCE
+        while self.seen.count("\n") < count:
+            ready, _, _ = select.select([self.master], [], [], max(0, end - time.monotonic()))
+            if not ready or not self._read():
+                raise AssertionError(f"{count} lines did not come, but: {self.seen}")
         return self.seen
 
     def _read(self):

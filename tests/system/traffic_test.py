@@ -83,7 +83,7 @@ class Measure(InFolder):
         with open(DEMO) as demo, open(robot, "w") as file:
             file.write(demo.read() + '\n[[sim.fault]]\nkind = "unplug"\njoint = "waist_pitch"\nat_s = 0\n')
         got = as_json("bus", f"sim:{robot}#waist", "--measure", "1s")["measured"]
-        self.assertGreater(got["losses"], 3)
+        self.assertGreater(got["losses"], 0)
         self.assertEqual(got["exchanges"], 3 * got["losses"])
         self.assertEqual(got["retries"], got["losses"])
 
