@@ -148,6 +148,25 @@ std::optional<Marked<double>> Reader::real(const toml::table& table, std::string
     return {};
 }
 
+std::optional<Marked<bool>> Reader::flag(const toml::table& table, std::string_view key)
+{
+    const Entry entry = find(table, key);
+    if (!entry.node)
+        return {};
+    if (const auto* value = entry.node->as_boolean())
+        return Marked<bool>{value->get(), mark_of(entry.node->source())};
+    fail(mark_of(entry.node->source()), fmt::format("{} must be true or false, not {}.", key, kind_of(*entry.node)));
+    return {};
+}
+
+std::optional<double> Reader::positive(const toml::table& table, std::string_view key)
+{
+    const auto value = real(table, key);
+    if (value && value->value <= 0.0)
+        fail(value->at, fmt::format("{} must be above 0.", key));
+    return value ? std::optional(value->value) : std::nullopt;
+}
+
 const toml::table* Reader::section(const toml::table& table, std::string_view key)
 {
     const Entry entry = find(table, key);

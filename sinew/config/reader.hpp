@@ -45,6 +45,9 @@ public:
     std::optional<Marked<std::string>> text(const toml::table& table, std::string_view key);
     std::optional<Marked<std::int64_t>> whole(const toml::table& table, std::string_view key);
     std::optional<Marked<double>> real(const toml::table& table, std::string_view key); ///< finite
+    std::optional<Marked<bool>> flag(const toml::table& table, std::string_view key);
+    /// A number that must be above 0.
+    std::optional<double> positive(const toml::table& table, std::string_view key);
     const toml::table* section(const toml::table& table, std::string_view key);
 
     /// A quantity in SI as `key` + "_rad…" or in degrees as `key` + "_deg…"; fails when both are given.

@@ -5,12 +5,20 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <span>
 
 namespace sinew::config {
 namespace {
 
-constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "sim"};
-constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate", "sim"};
+constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "safety", "sim"};
+constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate", "rate_hz", "realtime", "sim"};
+constexpr std::string_view realtime_keys[] = {"lock_memory", "priority", "processor"};
+constexpr std::string_view safety_keys[] = {"policy",        "on_fault",      "command_timeout_s", "temperature_max_c",
+                                            "current_max_a", "step_max_rad",  "step_max_deg",      "silence_max_s",
+                                            "stop_time_s"};
+constexpr std::string_view home_keys[] = {"routine",      "direction",      "position_rad",
+                                          "position_deg", "velocity_rad_s", "velocity_deg_s"};
 constexpr std::string_view joint_keys[] = {"bus",
                                            "id",
                                            "model",
@@ -25,10 +33,95 @@ constexpr std::string_view joint_keys[] = {"bus",
                                            "position_max_deg",
                                            "velocity_max_rad_s",
                                            "velocity_max_deg_s",
+                                           "current_max_a",
+                                           "torque_max_nm",
+                                           "step_max_rad",
+                                           "step_max_deg",
+                                           "temperature_max_c",
+                                           "stop_time_s",
+                                           "home",
                                            "profile_options",
                                            "runtime",
                                            "sim",
                                            "plant"};
+
+/// One of a few words; the first where none is given. How many it is.
+std::size_t read_word(Reader& reader, const toml::table& table, std::string_view key,
+                      std::span<const std::string_view> words)
+{
+    const auto word = reader.text(table, key);
+    if (!word)
+        return 0;
+    const auto at = std::ranges::find(words, word->value);
+    if (at == words.end())
+        reader.fail(word->at, fmt::format("{} must be one of {}.", key, fmt::join(words, ", ")));
+    return at == words.end() ? 0 : static_cast<std::size_t>(at - words.begin());
+}
+
+std::optional<double> positive_angle(Reader& reader, const toml::table& table, std::string_view radians,
+                                     std::string_view degrees)
+{
+    const auto value = reader.angle(table, radians, degrees);
+    if (value && value->value <= 0.0)
+        reader.fail(value->at, fmt::format("{} must be above 0.", degrees));
+    return value ? std::optional(value->value) : std::nullopt;
+}
+
+RealTime read_realtime(Reader& reader, const toml::table* table, std::string_view owner)
+{
+    RealTime out;
+    if (table == nullptr)
+        return out;
+    reader.only(*table, owner, realtime_keys);
+    if (const auto lock = reader.flag(*table, "lock_memory"))
+        out.lock_memory = lock->value;
+    out.priority = reader.whole(*table, "priority");
+    if (out.priority && (out.priority->value < 1 || out.priority->value > 99))
+        reader.fail(out.priority->at, "priority must be from 1 to 99.");
+    out.processor = reader.whole(*table, "processor");
+    if (out.processor && out.processor->value < 0)
+        reader.fail(out.processor->at, "processor must not be below 0.");
+    return out;
+}
+
+Safety read_safety(Reader& reader, const toml::table* table)
+{
+    Safety safety;
+    if (table == nullptr)
+        return safety;
+    constexpr std::string_view policies[] = {"hold", "release", "brake"};
+    constexpr std::string_view reach[] = {"all", "joint"};
+    reader.only(*table, "safety", safety_keys);
+    safety.policy = static_cast<Policy>(read_word(reader, *table, "policy", policies));
+    safety.whole_robot = read_word(reader, *table, "on_fault", reach) == 0;
+    safety.command_timeout_s = reader.positive(*table, "command_timeout_s");
+    safety.temperature_max_c = reader.positive(*table, "temperature_max_c");
+    safety.current_max_a = reader.positive(*table, "current_max_a");
+    safety.step_max_rad = positive_angle(reader, *table, "step_max_rad", "step_max_deg");
+    safety.silence_max_s = reader.positive(*table, "silence_max_s").value_or(safety.silence_max_s);
+    safety.stop_time_s = reader.positive(*table, "stop_time_s").value_or(safety.stop_time_s);
+    return safety;
+}
+
+Home read_home(Reader& reader, const toml::table* table, std::string_view owner)
+{
+    Home home;
+    if (table == nullptr)
+        return home;
+    constexpr std::string_view routines[] = {"position", "stop"};
+    reader.only(*table, owner, home_keys);
+    home.to_stop = read_word(reader, *table, "routine", routines) == 1;
+    if (const auto direction = reader.whole(*table, "direction")) {
+        if (direction->value != 1 && direction->value != -1)
+            reader.fail(direction->at, "direction must be 1 or -1.");
+        home.direction = static_cast<int>(direction->value);
+    }
+    if (const auto position = reader.angle(*table, "position_rad", "position_deg"))
+        home.position_rad = position->value;
+    home.velocity_rad_s =
+        positive_angle(reader, *table, "velocity_rad_s", "velocity_deg_s").value_or(home.velocity_rad_s);
+    return home;
+}
 
 Bus read_bus(Reader& reader, const toml::table& table, std::string name, Mark at)
 {
@@ -40,6 +133,8 @@ Bus read_bus(Reader& reader, const toml::table& table, std::string name, Mark at
     bus.bit_rate = reader.whole(table, "bit_rate");
     if (bus.bit_rate && bus.bit_rate->value <= 0)
         reader.fail(bus.bit_rate->at, "bit_rate must be above 0.");
+    bus.rate_hz = reader.positive(table, "rate_hz");
+    bus.realtime = read_realtime(reader, reader.section(table, "realtime"), owner + ": realtime");
     bus.sim = reader.settings(reader.section(table, "sim"));
     return bus;
 }
@@ -75,6 +170,11 @@ void read_limits(Reader& reader, const toml::table& table, Joint& joint)
         joint.position_max_rad = high->value;
     if (speed)
         joint.velocity_max_rad_s = speed->value;
+    joint.current_max_a = reader.positive(table, "current_max_a");
+    joint.torque_max_nm = reader.positive(table, "torque_max_nm");
+    joint.step_max_rad = positive_angle(reader, table, "step_max_rad", "step_max_deg");
+    joint.temperature_max_c = reader.positive(table, "temperature_max_c");
+    joint.stop_time_s = reader.positive(table, "stop_time_s");
 }
 
 Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mark at)
@@ -88,6 +188,7 @@ Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mar
     joint.profile = reader.text(table, "profile");
     read_mounting(reader, table, joint);
     read_limits(reader, table, joint);
+    joint.home = read_home(reader, reader.section(table, "home"), owner + ": home");
     joint.options = reader.settings(reader.section(table, "profile_options"));
     joint.runtime = reader.settings(reader.section(table, "runtime"));
     joint.sim = reader.settings(reader.section(table, "sim"));
@@ -109,6 +210,19 @@ void check_buses(Reader& reader, const RobotFile& file)
 }
 
 } // namespace
+
+std::string_view to_word(Policy policy)
+{
+    switch (policy) {
+    case Policy::hold:
+        return "hold";
+    case Policy::release:
+        return "release";
+    case Policy::brake:
+        return "brake";
+    }
+    return "?";
+}
 
 const Bus* RobotFile::find_bus(std::string_view bus) const
 {
@@ -142,6 +256,7 @@ std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::str
         file.name = std::move(name->value);
     file.buses = read_named<Bus>(reader, document, "bus", read_bus);
     file.joints = read_named<Joint>(reader, document, "joint", read_joint);
+    file.safety = read_safety(reader, reader.section(document, "safety"));
     if (const toml::table* sim = reader.section(document, "sim")) {
         file.sim = reader.settings(sim, "fault");
         file.faults = reader.sections(*sim, "fault");

@@ -39,12 +39,43 @@ struct Section {
     Mark at;
 };
 
+/// `[bus.NAME.realtime]`: what the thread that drives a bus asks of the operating system.
+struct RealTime {
+    bool lock_memory = false;
+    std::optional<Marked<std::int64_t>> priority;  ///< 1 … 99, of SCHED_FIFO
+    std::optional<Marked<std::int64_t>> processor; ///< counted from 0
+};
+
+/// What becomes of a joint when nobody may command it any more.
+enum class Policy : std::uint8_t { hold, release, brake };
+std::string_view to_word(Policy policy);
+
+/// `[safety]`: what holds for every joint that says nothing else.
+struct Safety {
+    Policy policy = Policy::hold;
+    bool whole_robot = true; ///< `on_fault`: a fault of one joint stops all; false: that joint alone
+    std::optional<double> command_timeout_s;
+    std::optional<double> temperature_max_c, current_max_a, step_max_rad;
+    double silence_max_s = 0.5; ///< so long a joint may give no answer
+    double stop_time_s = 0.1;   ///< in which a joint surely comes to rest after it was told to hold
+};
+
+/// `[joint.NAME.home]`: how a joint finds and reaches its position 0.
+struct Home {
+    bool to_stop = false;        ///< `routine = "stop"`: first turns until something stops it
+    int direction = -1;          ///< in which the stop lies
+    double position_rad = 0.0;   ///< of the stop
+    double velocity_rad_s = 0.1; ///< of the routine and of the way to 0
+};
+
 struct Bus {
     std::string name;
     Mark at;
     Marked<std::string> family;
     std::optional<Marked<std::string>> link; ///< where the real bus is; the simulator does not need it
     std::optional<Marked<std::int64_t>> bit_rate;
+    std::optional<double> rate_hz; ///< of its cycles; not given: as the loop asks
+    RealTime realtime;
     std::vector<Setting> sim; ///< `[bus.NAME.sim]`: options of the simulated wire and its supply
 };
 
@@ -59,6 +90,8 @@ struct Joint {
     double zero_rad = 0.0; ///< actuator position at joint position 0
     double ratio = 1.0;    ///< actuator turns per joint turn
     std::optional<double> position_min_rad, position_max_rad, velocity_max_rad_s;
+    std::optional<double> current_max_a, torque_max_nm, step_max_rad, temperature_max_c, stop_time_s;
+    Home home;
     std::vector<Setting> options; ///< `[joint.NAME.profile_options]`: named options of the profile
     std::vector<Setting> runtime; ///< `[joint.NAME.runtime]`: what its device is set to after every power-on
     std::vector<Setting> sim;     ///< `[joint.NAME.sim]`: options of the simulated device
@@ -70,6 +103,7 @@ struct RobotFile {
     std::string name;
     std::vector<Bus> buses;
     std::vector<Joint> joints;
+    Safety safety;
     std::vector<Setting> sim;    ///< `[sim]`: options of the simulated world
     std::vector<Section> faults; ///< `[[sim.fault]]`: what goes wrong in it
 

@@ -1,0 +1,106 @@
+#pragma once
+#include "sinew/actuator/actuator.hpp"
+#include "sinew/base/error.hpp"
+
+#include <cstdint>
+#include <expected>
+#include <optional>
+#include <string>
+
+namespace sinew::robot {
+
+/// What one joint is held to, in the units of the joint.
+struct Rules {
+    actuator::Limits limits;
+    std::optional<Duration> command_timeout; ///< a command that nobody renews for so long is over
+    Duration silence_max{};                  ///< so long a device may give no answer
+    Duration stop_time{};                    ///< in which it surely comes to rest after it was told to hold
+};
+
+/// What must be done about a joint.
+enum class Measure : std::uint8_t {
+    none,
+    end, ///< the command is over: at a limit it holds, without commands it does what the policy says
+    stop ///< a fault: stop
+};
+
+struct Finding {
+    Measure measure = Measure::none;
+    Error why{}; ///< one sentence; empty where there is nothing to do
+};
+
+/// Keeps one joint within its limits, whatever the program does. Pure: states, commands and time points go in, verdicts
+/// come out. No heap but for the sentence of an error. It never changes a value: what is beyond a limit is refused.
+///
+/// A position that is to be reached at once may be no further from the last one than the joint may turn in the time
+/// between: the allowance grows with time at the greatest velocity, up to `longest_gap` of it. The first is counted
+/// from the measured position, so nothing ever jumps.
+class Supervisor
+{
+public:
+    Supervisor() = default;
+    /// `limits_velocity`: the device itself keeps moves to a velocity.
+    Supervisor(std::string joint, int id, Rules rules, bool limits_velocity);
+
+    static constexpr Duration longest_gap = std::chrono::milliseconds{50};
+    /// A measured velocity or current counts when it lasts for so long.
+    static constexpr Duration lasting = std::chrono::milliseconds{100};
+    static constexpr double velocity_tolerance = 1.25; ///< times the limit: what a control loop overshoots
+
+    /// From now on it begins where the joint was measured. A joint that stands beyond a limit may stay there and come
+    /// back; it may go no further.
+    void begin(const actuator::State& state, TimePoint now);
+
+    /// Whether a command, in joint units, may be carried out from this state. A move that names no velocity gets the
+    /// greatest one where the device keeps to it. `out_of_range` and `unsupported` with the limit and the value.
+    std::expected<actuator::Command, Error> admit(const actuator::Command& command, const actuator::State& state,
+                                                  TimePoint now) const;
+    /// The position that is being sent in this cycle.
+    void sent(double position_rad, TimePoint now);
+    /// The position that moves begin at: the last that was sent, else the last that was measured.
+    const std::optional<double>& reference_rad() const { return reference_rad_; }
+
+    /// A new measurement.
+    void observe(const actuator::State& state);
+    /// What is to be done, while `running` is carried out since `commanded`. `answered`: when the device last answered;
+    /// `interval`: between two cycles.
+    Finding judge(const actuator::State& state, const actuator::Command& running, TimePoint commanded,
+                  TimePoint answered, Duration interval, TimePoint now);
+
+    /// How far the joint can go on from this velocity until it stands still, when it is looked at in this interval.
+    double stopping_distance_rad(double velocity_rad_s, Duration interval) const;
+    /// As measured, or as the positions tell where that is newer. Without a sign of its own where nothing is known: 0.
+    double velocity_rad_s() const { return velocity_rad_s_; }
+    const Rules& rules() const { return rules_; }
+
+private:
+    struct Reach {
+        std::optional<double> low_rad, high_rad;
+    };
+
+    std::unexpected<Error> refuse(Errc code, std::string why) const;
+    Finding finding(Measure measure, Errc code, std::string why) const;
+    std::expected<void, Error> check_step(const actuator::Command& command, TimePoint now) const;
+    std::expected<void, Error> check_sense(const actuator::Command& command, const actuator::State& state) const;
+    double allowance_rad(TimePoint now) const;
+    Finding judge_faults(const actuator::State& state) const;
+    Finding judge_excess(const actuator::State& state, TimePoint now);
+    Finding judge_place(const actuator::State& state, const actuator::Command& running, Duration interval,
+                        TimePoint now) const;
+    bool lasts(std::optional<TimePoint>& since, bool too_much, TimePoint at);
+
+    std::string joint_;
+    int id_ = -1;
+    Rules rules_;
+    bool limits_velocity_ = false;
+    Reach reach_; ///< the limits, widened to where it began
+    std::optional<double> reference_rad_;
+    TimePoint reference_at_{};
+    double allowance_rad_ = 0.0; ///< at `reference_at_`
+    actuator::Measured<double> seen_;
+    double velocity_rad_s_ = 0.0;
+    double fastest_rad_s_ = 0.0; ///< of late, for how far it may still be going
+    std::optional<TimePoint> too_fast_since_, too_strong_since_;
+};
+
+} // namespace sinew::robot
