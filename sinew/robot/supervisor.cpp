@@ -135,14 +135,16 @@ std::expected<void, Error> Supervisor::check_sense(const Command& command, const
         return {};
     if (!state.position_rad)
         return refuse(Errc::unsupported, "where it is has not been measured yet, and its limits need that");
-    const double sense = sense_of(command), position = *state.position_rad;
+    // A velocity that could not be stopped in time any more need not begin.
+    const double on = command.mode == Mode::velocity ? seconds(rules_.stop_time) / 2.0 : 0.0;
+    const double sense = sense_of(command), position = *state.position_rad + on * sense;
     if (limits.position_high_rad && sense > 0.0 && position >= *limits.position_high_rad)
         return refuse(Errc::out_of_range,
-                      fmt::format("it is at {:.2f} deg and may not go beyond {:.2f} deg; only back", deg(position),
+                      fmt::format("it is at {:.2f} deg and may not go beyond {:.2f} deg; only back", deg(*state.position_rad),
                                   deg(*limits.position_high_rad)));
     if (limits.position_low_rad && sense < 0.0 && position <= *limits.position_low_rad)
         return refuse(Errc::out_of_range,
-                      fmt::format("it is at {:.2f} deg and may not go below {:.2f} deg; only back", deg(position),
+                      fmt::format("it is at {:.2f} deg and may not go below {:.2f} deg; only back", deg(*state.position_rad),
                                   deg(*limits.position_low_rad)));
     return {};
 }

@@ -1,0 +1,260 @@
+#include "sinew/robot/core.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+namespace sinew::robot {
+namespace {
+
+Duration period_of(const config::Bus& bus)
+{
+    if (!bus.rate_hz)
+        return {};
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / *bus.rate_hz));
+}
+
+bool is_can(const link::AnyLink& link)
+{
+    return std::holds_alternative<std::unique_ptr<link::CanLink>>(link);
+}
+
+/// Serial ports need a rate; where the link says none it is that of the file, else the one of delivery.
+std::string with_bit_rate(std::string link, const config::Bus& bus, const Family& family)
+{
+    auto uri = link::parse_uri(link);
+    if (!uri || family.can || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
+        return link;
+    const auto rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family.default_bit_rate;
+    uri->options.emplace_back("baud", std::to_string(rate));
+    return link::to_string(*uri);
+}
+
+} // namespace
+
+// ---- opening ----
+
+std::expected<std::unique_ptr<bus::Bus>, Error> Core::open_bus(const config::Bus& bus, const link::Links& links,
+                                                               const OpenOptions& options)
+{
+    const Family& family = *find_family(bus.family.value);
+    const auto given = options.links.find(bus.name);
+    std::string uri = given != options.links.end() ? given->second
+                      : options.simulated          ? fmt::format("sim:{}#{}", file.path, bus.name)
+                      : bus.link                   ? bus.link->value
+                                                   : std::string{};
+    if (uri.empty())
+        return config::fail_at(file, bus.at, fmt::format("bus {} needs a link.", bus.name));
+    uri = with_bit_rate(std::move(uri), bus, family);
+    auto opened = links.open(uri, *clock);
+    if (!opened)
+        return std::unexpected(std::move(opened.error()));
+    if (family.can != is_can(*opened))
+        return fail(Errc::bad_argument, fmt::format("{} devices are on {}, which {} is not", family.name,
+                                                    family.can ? "CAN" : "serial lines", uri));
+    auto made = std::make_unique<bus::Bus>(bus.name, std::move(*opened), *clock, *family.protocol, options.settings);
+    made->set_reopen(links.reopener(uri, *clock));
+    return made;
+}
+
+std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, const link::Links& links,
+                                                       link::Clock& clock, const OpenOptions& options)
+{
+    auto core = std::make_unique<Core>();
+    core->file = std::move(file);
+    core->clock = &clock;
+    core->incidents.reserve(256);
+    auto resolved = resolve(core->file);
+    if (!resolved)
+        return std::unexpected(std::move(resolved.error()));
+    core->resolved = std::move(*resolved);
+    for (const auto& [name, link] : options.links)
+        if (core->file.find_bus(name) == nullptr)
+            return fail(Errc::unknown_name, fmt::format("{} has no bus '{}'", core->file.path, name));
+    core->joints.reserve(core->resolved.joints.size());
+    for (const auto& joint : core->resolved.joints)
+        core->joints.emplace_back(joint, core->file, clock, core->incidents);
+    for (const auto& bus : core->file.buses) {
+        auto opened = core->open_bus(bus, links, options);
+        if (!opened)
+            return std::unexpected(std::move(opened.error()));
+        auto& line = core->lines.emplace_back(
+            std::make_unique<Line>(std::move(*opened), period_of(bus), core->file.safety.whole_robot));
+        std::vector<Joint*> own;
+        for (Joint& joint : core->joints)
+            if (joint.bus() == bus.name) {
+                own.push_back(&joint);
+                line->bus().set_device(id_of(joint.device()), {.line = &line_of(joint.device()),
+                                                               .options = options_of(joint.device()),
+                                                               .response_time = response_time_of(joint.device())});
+            }
+        line->set_joints(std::move(own));
+        core->buses.push_back(&line->bus());
+    }
+    for (bus::Bus* bus : core->buses) {
+        auto others = core->buses;
+        std::erase(others, bus);
+        bus->stop_when_lost(std::move(others));
+    }
+    return core;
+}
+
+// ---- the cycle ----
+
+void Core::exchange_lines()
+{
+    for (auto& line : lines)
+        line->start();
+    bus::drive(buses);
+    const TimePoint now = clock->now();
+    for (auto& line : lines)
+        line->absorb(now);
+}
+
+/// Stops all for a reason; what is returned is the reason.
+std::unexpected<Error> Core::stop_for(Error why)
+{
+    const bool is_new = !fault;
+    (void)stop(to_sentence(why));
+    if (is_new)
+        fault = why;
+    return std::unexpected(std::move(why));
+}
+
+std::expected<void, Error> Core::read_only()
+{
+    for (auto& line : lines) {
+        line->clear();
+        for (Joint* joint : line->joints())
+            line->plan_read(*joint, Depth::motion);
+    }
+    exchange_lines();
+    if (fault)
+        return std::unexpected(*fault);
+    return fail(Errc::unsupported, "the robot is not enabled; it was only read");
+}
+
+/// After an exchange of a line: whether there is a reason to stop.
+std::expected<void, Error> Core::look_at(Line& line)
+{
+    if (line.is_lost()) {
+        Error why = line.bus().link_trouble() != nullptr ? *line.bus().link_trouble() : Error{.code = Errc::link_lost};
+        if (why.detail.empty())
+            why.detail = fmt::format("the link of bus {} is lost; is its adapter still plugged in?", line.bus().name());
+        incidents.push_back({clock->now(), {}, why.code, to_sentence(why)});
+        return stop_for(std::move(why));
+    }
+    if (stop_asked_.load())
+        return stop_for({.code = Errc::stopped});
+    if (auto finding = line.judge(clock->now()); finding.measure != Measure::none)
+        return stop_for(std::move(finding.why));
+    return {};
+}
+
+std::expected<void, Error> Core::cycle()
+{
+    if (stop_asked_.load() && enabled)
+        return stop_for({.code = Errc::stopped});
+    if (!enabled)
+        return read_only();
+    const TimePoint now = clock->now();
+    for (auto& line : lines)
+        if (auto finding = line->plan_cycle(now); finding.measure != Measure::none)
+            return stop_for(std::move(finding.why));
+    exchange_lines();
+    for (auto& line : lines)
+        if (line->is_lost())
+            return look_at(*line);
+    for (auto& line : lines)
+        if (auto fine = look_at(*line); !fine)
+            return fine;
+    return {};
+}
+
+std::expected<void, Error> Core::run(Duration period, const std::function<void()>& each, TimePoint until)
+{
+    constexpr std::size_t most_handles = 32;
+    TimePoint next = clock->now();
+    for (auto& line : lines)
+        line->set_due(next);
+    for (;;) {
+        TimePoint now = clock->now();
+        if (!enabled)
+            return fault ? std::expected<void, Error>(std::unexpected(*fault))
+                         : fail(Errc::unsupported, "the robot is not enabled");
+        if (stop_asked_.load())
+            return stop_for({.code = Errc::stopped});
+        if (now >= until)
+            break;
+        if (now >= next) {
+            next += period * ((now - next) / period + 1);
+            each();
+            now = clock->now();
+            if (!enabled)
+                continue;
+        }
+        TimePoint wake = std::min(next, until);
+        std::array<link::Handle, most_handles> handles;
+        std::size_t count = 0;
+        bool ended = false;
+        for (auto& line : lines) {
+            if (!line->busy() && now >= line->due()) {
+                const Duration own = line->period() > Duration{} ? line->period() : period;
+                line->set_due(line->due() + own * ((now - line->due()) / own + 1));
+                if (auto finding = line->plan_cycle(now); finding.measure != Measure::none)
+                    return stop_for(std::move(finding.why));
+                line->start();
+            }
+            if (line->busy() && line->bus().work()) {
+                line->absorb(clock->now());
+                if (auto fine = look_at(*line); !fine)
+                    return fine;
+                ended = true;
+            }
+            wake = std::min(wake, line->busy() ? line->bus().deadline() : line->due());
+            const auto all = line->bus().handles();
+            for (const auto& handle : line->busy() ? all : all.last(1))
+                if (count < handles.size())
+                    handles[count++] = handle;
+        }
+        if (!ended)
+            clock->wait(std::span(handles).first(count), wake);
+    }
+    bus::drive(buses);
+    for (auto& line : lines)
+        if (line->busy()) {
+            line->absorb(clock->now());
+            if (auto fine = look_at(*line); !fine)
+                return fine;
+        }
+    return {};
+}
+
+std::expected<void, Error> Core::read(Depth depth)
+{
+    for (auto& line : lines) {
+        line->clear();
+        for (Joint* joint : line->joints())
+            if (auto planned = line->plan_read(*joint, depth); !planned)
+                return planned;
+    }
+    const TimePoint begun = clock->now();
+    exchange_lines();
+    for (auto& line : lines)
+        for (Joint* joint : line->joints())
+            if (joint->answered_at_ < begun) {
+                Error why = joint->trouble_.value_or(Error{.code = Errc::timeout});
+                why.detail = why.detail.empty() ? fmt::format("{} does not answer", joint->name()) : why.detail;
+                return std::unexpected(std::move(why));
+            }
+    return {};
+}
+
+void Core::request_stop() noexcept
+{
+    stop_asked_.store(true);
+    for (bus::Bus* bus : buses)
+        bus->request_stop();
+}
+
+} // namespace sinew::robot

@@ -1,0 +1,56 @@
+#pragma once
+#include "sinew/robot/line.hpp"
+#include "sinew/robot/robot.hpp"
+
+#include <atomic>
+
+namespace sinew::robot {
+
+/// What a `Robot` is made of. For the files of this room only.
+class Core
+{
+public:
+    static std::expected<std::unique_ptr<Core>, Error> make(config::RobotFile file, const link::Links& links,
+                                                            link::Clock& clock, const OpenOptions& options);
+
+    std::expected<void, Error> enable();
+    std::expected<void, Error> cycle();
+    std::expected<void, Error> run(Duration period, const std::function<void()>& each, TimePoint until);
+    std::expected<void, Error> read(Depth depth);
+    std::vector<Stopped> stop(std::string why);
+    void request_stop() noexcept;
+
+    config::RobotFile file;
+    ResolvedRobot resolved;
+    link::Clock* clock = nullptr;
+    std::vector<Incident> incidents;
+    std::vector<Joint> joints;
+    std::vector<std::unique_ptr<Line>> lines;
+    std::vector<bus::Bus*> buses;
+    bool enabled = false;
+    std::optional<Error> fault;
+
+private:
+    std::expected<std::unique_ptr<bus::Bus>, Error> open_bus(const config::Bus& bus, const link::Links& links,
+                                                             const OpenOptions& options);
+    // enable.cpp
+    std::expected<void, Error> bring_links_back();
+    std::expected<void, Error> compare_models();
+    std::expected<void, Error> exchange(std::string_view what);
+    template <class Plan>
+    std::expected<void, Error> exchange_all(std::string_view what, Plan plan);
+    std::expected<void, Error> switch_all_on();
+
+    std::expected<void, Error> read_only();
+    std::expected<void, Error> look_at(Line& line);
+    void exchange_lines();
+    std::unexpected<Error> stop_for(Error why);
+    // stop.cpp
+    void send_stop();
+    void verify(std::vector<Stopped>& outcomes);
+    bool ask_again(std::vector<Stopped>& outcomes, bool command);
+
+    std::atomic<bool> stop_asked_{false};
+};
+
+} // namespace sinew::robot

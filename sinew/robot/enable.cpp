@@ -1,0 +1,209 @@
+#include "sinew/family/nuri/messages.hpp"
+#include "sinew/robot/core.hpp"
+#include "sinew/wire/by_name.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+/// From whatever the devices were doing to joints that hold where they are.
+namespace sinew::robot {
+namespace {
+
+using Planned = std::expected<wire::Requests, Error>;
+
+/// What makes a device obey that may have been switched off before. The hold before it is what it then obeys.
+Planned plan_switch_on(const DeviceSpec& device)
+{
+    wire::Requests out;
+    const auto add = [&](std::string_view message, std::initializer_list<wire::NamedNumber> numbers) {
+        if (line_of(device).find(message) == nullptr)
+            return;
+        if (const auto request = wire::make_request(line_of(device), message, id_of(device), numbers,
+                                                    options_of(device), response_time_of(device)))
+            out.add(*request);
+    };
+    if (std::holds_alternative<rmd::Spec>(device))
+        add("motor-running", {});
+    if (std::holds_alternative<nuri::Spec>(device))
+        add("set-control-on-off", {{"control", static_cast<std::int64_t>(nuri::Control::on)}});
+    return out;
+}
+
+/// The request by which a device says what it is; none where it does not.
+Planned plan_identity(const DeviceSpec& device)
+{
+    wire::Requests out;
+    if (std::holds_alternative<sam::Spec>(device)) {
+        auto request = wire::make_request(id_of(device), sam::ReadFirmwareVersion{}, options_of(device));
+        if (!request)
+            return std::unexpected(std::move(request.error()));
+        out.add(*request);
+    }
+    if (std::holds_alternative<nuri::Spec>(device)) {
+        auto request = wire::make_request(line_of(device), "request-gear-ratio-feedback", id_of(device), {},
+                                          options_of(device), response_time_of(device));
+        if (request)
+            out.add(*request);
+    }
+    return out;
+}
+
+std::expected<void, Error> compare_sam(const Joint& joint, const sam::Spec& spec, const wire::Frame& reply)
+{
+    const auto said = wire::decode_reply<sam::ReadFirmwareVersion>(reply);
+    if (!said)
+        return std::unexpected(said.error());
+    if (said->message.model_number == spec.model->number)
+        return {};
+    const auto* model = sam::find_model(said->message.model_number);
+    const std::string is = model != nullptr ? std::string(model->name)
+                                            : fmt::format("model number {}, which nobody documents",
+                                                          said->message.model_number);
+    return fail(Errc::bad_reply, fmt::format("{} says that it is {}, and the robot file says {}; every scale depends on "
+                                             "it, so correct the model of the joint",
+                                             joint.name(), is, spec.model->name));
+}
+
+std::expected<void, Error> compare_nuri(const Joint& joint, const nuri::Spec& spec, const wire::Request& asked,
+                                        const wire::Frame& reply)
+{
+    const auto said = wire::decode(*asked.message, wire::Direction::reply, reply, asked.options);
+    if (!said)
+        return std::unexpected(said.error());
+    for (const auto& value : said->values)
+        if (value.field->name == "gear_ratio") {
+            const double ratio =
+                wire::reading(*asked.message, *value.field, spec.profile.line.overrides).physical(value.raw);
+            constexpr double half_a_step = 0.05;
+            if (std::abs(ratio - spec.profile.external_gear_ratio) > half_a_step)
+                return fail(Errc::bad_reply,
+                            fmt::format("{} has the gear ratio {:g}, and the robot file says {:g}; write "
+                                        "external_gear_ratio = {:g} under profile_options of the joint",
+                                        joint.name(), ratio, spec.profile.external_gear_ratio, ratio));
+        }
+    return {};
+}
+
+} // namespace
+
+std::expected<void, Error> Core::bring_links_back()
+{
+    for (auto& line : lines) {
+        line->bus().clear_stop();
+        const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
+        if (line->bus().link_trouble() != nullptr && !line->bus().wait_for_link(patience))
+            return std::unexpected(*line->bus().link_trouble());
+        line->forgive();
+    }
+    stop_asked_.store(false);
+    return {};
+}
+
+/// Carries out what all lines have in hand. The first failure, after all had their turn.
+std::expected<void, Error> Core::exchange(std::string_view what)
+{
+    exchange_lines();
+    for (auto& line : lines)
+        for (std::size_t i = 0; i < line->results().size(); ++i)
+            if (const auto& result = line->results()[i]; !result.good) {
+                Error why = result.error;
+                why.detail = fmt::format("{} of bus {}: {}", line->owner(i).name(), line->bus().name(),
+                                         why.detail.empty() ? what : std::string_view(why.detail));
+                return std::unexpected(std::move(why));
+            }
+    return {};
+}
+
+template <class Plan>
+std::expected<void, Error> Core::exchange_all(std::string_view what, Plan plan)
+{
+    for (auto& line : lines) {
+        line->clear();
+        for (Joint* joint : line->joints()) {
+            const Planned requests = plan(*joint);
+            if (!requests)
+                return std::unexpected(joint->named(requests.error()));
+            line->add(*joint, requests->all());
+        }
+    }
+    return exchange(what);
+}
+
+std::expected<void, Error> Core::compare_models()
+{
+    if (auto done = exchange_all("it was asked what it is", [](Joint& joint) { return plan_identity(joint.device()); });
+        !done)
+        return done;
+    for (auto& line : lines)
+        for (std::size_t i = 0; i < line->results().size(); ++i) {
+            const Joint& joint = line->owner(i);
+            const auto& reply = line->results()[i].replies[0];
+            std::expected<void, Error> fine;
+            if (const auto* spec = std::get_if<sam::Spec>(&joint.device()))
+                fine = compare_sam(joint, *spec, reply);
+            else if (const auto* other = std::get_if<nuri::Spec>(&joint.device()))
+                fine = compare_nuri(joint, *other, line->requests()[i], reply);
+            if (!fine)
+                return fine;
+        }
+    return {};
+}
+
+/// Hold, on, hold: twice, because a motor may take a command one frame late (field notes 2) and others confirm none.
+std::expected<void, Error> Core::switch_all_on()
+{
+    for (int turn = 0; turn < 2; ++turn) {
+        const auto hold = [](Joint& joint) { return joint.driver_->plan({.mode = Mode::hold}, joint.raw_); };
+        if (auto done = exchange_all("it was told to hold", hold); !done)
+            return done;
+        if (auto done = exchange_all("it was switched on", [](Joint& j) { return plan_switch_on(j.device()); }); !done)
+            return done;
+        if (auto done = exchange_all("it was told to hold", hold); !done)
+            return done;
+    }
+    return {};
+}
+
+std::expected<void, Error> Core::enable()
+{
+    enabled = false;
+    if (auto back = bring_links_back(); !back)
+        return back;
+    // A loss that ended no exchange is told by the first one.
+    if (auto done = compare_models(); !done) {
+        if (done.error().code != Errc::link_lost)
+            return done;
+        if (auto again = compare_models(); !again)
+            return again;
+    }
+    if (auto done = exchange_all("its settings", [](Joint& joint) { return joint.driver_->plan_settings(); }); !done)
+        return done;
+    if (auto done = exchange_all("its state", [](Joint& joint) { return joint.driver_->plan_read(Depth::full); }); !done)
+        return done;
+    if (auto done = exchange_all("its settings", [](Joint& j) { return j.driver_->plan_reset_check(); }); !done)
+        return done;
+    for (const Joint& joint : joints)
+        if (!joint.raw_.position_rad)
+            return fail(Errc::bad_reply, fmt::format("{} does not tell where it is, so it cannot be held to its limits",
+                                                     joint.name()));
+    if (auto done = switch_all_on(); !done)
+        return done;
+    if (auto done = read(Depth::motion); !done)
+        return done;
+    const TimePoint now = clock->now();
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+        Joint& joint = joints[i];
+        joint.closed_ = nullptr;
+        joint.must_set_up_ = false;
+        joint.begin(now);
+        joint.full_at_ = joint.check_at_ = now + std::chrono::milliseconds{20} * static_cast<int>(i + 1);
+    }
+    for (auto& line : lines)
+        line->forgive();
+    fault.reset();
+    enabled = true;
+    return {};
+}
+
+} // namespace sinew::robot

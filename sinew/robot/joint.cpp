@@ -1,0 +1,283 @@
+#include "sinew/robot/joint.hpp"
+
+#include "sinew/actuator/check.hpp"
+#include "sinew/family/drivers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+namespace sinew::robot {
+namespace {
+
+/// The loop may have been late; what it was late by is not walked at once.
+constexpr Duration longest_step = std::chrono::milliseconds{50};
+/// What nobody acknowledges is said again after so long.
+constexpr Duration repetition = std::chrono::milliseconds{250};
+/// A silence after which a device may have lost what it was told.
+constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
+constexpr int most_incidents = 256;
+
+Duration duration_of(double s)
+{
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+}
+
+Rules rules_of(const config::Joint& joint, const config::Safety& safety)
+{
+    const auto or_else = [](const std::optional<double>& own, const std::optional<double>& common) {
+        return own ? own : common;
+    };
+    Rules rules{.limits = {.position_low_rad = joint.position_min_rad,
+                           .position_high_rad = joint.position_max_rad,
+                           .velocity_max_rad_s = joint.velocity_max_rad_s,
+                           .current_max_a = or_else(joint.current_max_a, safety.current_max_a),
+                           .torque_max_nm = joint.torque_max_nm,
+                           .step_max_rad = or_else(joint.step_max_rad, safety.step_max_rad),
+                           .temperature_max_c = or_else(joint.temperature_max_c, safety.temperature_max_c)},
+                .silence_max = duration_of(safety.silence_max_s),
+                .stop_time = duration_of(joint.stop_time_s.value_or(safety.stop_time_s))};
+    if (safety.command_timeout_s)
+        rules.command_timeout = duration_of(*safety.command_timeout_s);
+    return rules;
+}
+
+Mode mode_of(config::Policy policy)
+{
+    switch (policy) {
+    case config::Policy::release:
+        return Mode::release;
+    case config::Policy::brake:
+        return Mode::brake;
+    case config::Policy::hold:
+        break;
+    }
+    return Mode::hold;
+}
+
+/// What a device knows of its position after power-on.
+bool is_absolute(const ResolvedJoint& joint)
+{
+    if (std::holds_alternative<sam::Spec>(joint.device))
+        return true;
+    const auto* motor = std::get_if<rmd::Spec>(&joint.device);
+    const auto& file = *joint.joint;
+    // R38: the angle begins within one turn of the shaft that is counted.
+    return motor != nullptr && file.position_min_rad && file.position_max_rad &&
+           (*file.position_max_rad - *file.position_min_rad) * file.ratio * motor->profile.gear_ratio <=
+               2.0 * std::numbers::pi;
+}
+
+bool same(const Command& a, const Command& b)
+{
+    return a.mode == b.mode && a.position_rad == b.position_rad && a.velocity_rad_s == b.velocity_rad_s &&
+           a.current_a == b.current_a && a.torque_nm == b.torque_nm && a.duty == b.duty && a.duration == b.duration &&
+           a.resolution_rad == b.resolution_rad;
+}
+
+} // namespace
+
+Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock,
+             std::vector<Incident>& incidents)
+    : resolved_(&resolved), clock_(&clock), incidents_(&incidents), mounting_(Mounting::of(*resolved.joint)),
+      driver_(make_driver(resolved.device)), stopper_(make_driver(resolved.device)),
+      can_(mounting_.to_joint(driver_->capabilities())),
+      guard_(resolved.joint->name, id_of(resolved.device), rules_of(*resolved.joint, file.safety),
+             static_cast<bool>(can_.velocity_limit)),
+      policy_(mode_of(file.safety.policy)), holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()),
+      referenced_(is_absolute(resolved)), answered_at_(clock.now())
+{
+    if (policy_ == Mode::brake && !can_.brake)
+        policy_ = Mode::hold;
+    if (const auto plan = stopper_->plan({.mode = Mode::release}, {}))
+        acknowledges_ = answers(resolved.device, *plan->all().back().message);
+    stopper_ = make_driver(resolved.device);
+}
+
+Error Joint::named(Error error) const
+{
+    if (!error.detail.starts_with(name()))
+        error.detail = error.detail.empty() ? std::string{} : fmt::format("{}: {}", name(), error.detail);
+    return error;
+}
+
+void Joint::tell(Errc code, std::string says)
+{
+    if (incidents_->size() >= most_incidents)
+        incidents_->erase(incidents_->begin());
+    incidents_->push_back({now(), name(), code, std::move(says)});
+}
+
+void Joint::failed(const Error& error)
+{
+    ++failures_;
+    trouble_ = error;
+    if (!missing_since_)
+        missing_since_ = now();
+    fresh_ = true;
+}
+
+// ---- commands ----
+
+/// Whether the robot must do in steps what the device cannot do in one move.
+bool Joint::can_walk(const Command& command) const
+{
+    if (command.mode != Mode::position)
+        return false;
+    return (command.velocity_rad_s && !can_.velocity_limit) || (command.duration && !can_.timed);
+}
+
+std::expected<void, Error> Joint::set(const Command& command)
+{
+    if (closed_ != nullptr)
+        return actuator::refuse(Errc::unsupported, id_of(device()), fmt::format("{}: {}", name(), closed_));
+    Command bare = command;
+    if (can_walk(command)) {
+        if (command.velocity_rad_s && command.duration)
+            return actuator::refuse(Errc::bad_argument, id_of(device()),
+                                    fmt::format("{}: a move has a velocity or a duration, not both", name()));
+        for (const auto& value : {command.velocity_rad_s,
+                                  command.duration ? std::optional(seconds(*command.duration)) : std::nullopt})
+            if (value && !(*value > 0.0 && std::isfinite(*value)))
+                return actuator::refuse(
+                    Errc::out_of_range, id_of(device()),
+                    fmt::format("{}: the velocity or duration of a move must be above 0", name()));
+        bare.velocity_rad_s.reset();
+        bare.duration.reset();
+    }
+    if (auto fine = actuator::check(mounting_.to_actuator(bare), driver_->capabilities(), id_of(device())); !fine)
+        return std::unexpected(named(std::move(fine.error())));
+    const TimePoint at = now();
+    const auto admitted = guard_.admit(command, state_, at);
+    if (!admitted)
+        return std::unexpected(admitted.error());
+    take(*admitted, at);
+    return {};
+}
+
+void Joint::take(const Command& command, TimePoint at)
+{
+    commanded_at_ = at;
+    if (same(command, command_))
+        return;
+    const double here = guard_.reference_rad().value_or(0.0);
+    command_ = command;
+    fresh_ = true;
+    repetitions_ = 1;
+    walk_.reset();
+    if (command.duration)
+        deadline_ = at + *command.duration;
+    if (can_walk(command)) {
+        const double way = std::abs(*command.position_rad - here);
+        const double velocity = command.velocity_rad_s ? *command.velocity_rad_s : way / seconds(*command.duration);
+        walk_ = Walk{.to_rad = *command.position_rad, .velocity_rad_s = velocity, .at = at};
+    }
+    if (command.mode == Mode::hold)
+        held_ = raw_;
+}
+
+/// Not as asked, but as the robot must.
+void Joint::hold_here(TimePoint at)
+{
+    take({.mode = Mode::hold}, at);
+    held_ = raw_;
+    fresh_ = true;
+}
+
+/// The command is over: what the policy says.
+void Joint::end(TimePoint at)
+{
+    if (policy_ == Mode::hold)
+        return hold_here(at);
+    take({.mode = policy_}, at);
+}
+
+/// From the measured position, with torque.
+void Joint::begin(TimePoint at)
+{
+    command_ = {.mode = Mode::release};
+    guard_.begin(state_, at);
+    hold_here(at);
+}
+
+/// What is to be sent now, in joint units.
+Command Joint::next(TimePoint at)
+{
+    Command out = command_;
+    if (walk_) {
+        const double from = guard_.reference_rad().value_or(walk_->to_rad);
+        const double step = walk_->velocity_rad_s * seconds(std::min<Duration>(at - walk_->at, longest_step));
+        walk_->at = at;
+        const double way = walk_->to_rad - from;
+        out.position_rad = from + std::clamp(way, -step, step);
+        out.velocity_rad_s.reset();
+        out.duration.reset();
+    }
+    return out;
+}
+
+bool Joint::must_send(const Command& command, TimePoint at) const
+{
+    if (fresh_ || repetitions_ > 0)
+        return true;
+    if (command.duration)
+        return false;
+    return acknowledges_ || !same(command, planned_) || at - planned_at_ >= repetition;
+}
+
+std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
+{
+    Command command = next(at);
+    if (command.duration)
+        command.duration = std::max<Duration>(deadline_ - at, std::chrono::milliseconds{1});
+    const Command own = mounting_.to_actuator(command);
+    const bool sends = must_send(own, at);
+    const bool is_position = command.mode == Mode::position;
+    const auto& here = command.mode == Mode::hold ? held_ : raw_;
+    auto requests = sends ? driver_->plan_cycle(own, here) : driver_->plan_read(Depth::motion, resolution_rad);
+    if (!requests)
+        return requests;
+    if (sends) {
+        if (!fresh_)
+            repetitions_ = std::max(0, repetitions_ - 1);
+        fresh_ = false;
+        if (acknowledges_)
+            repetitions_ = 0;
+        planned_ = own;
+        planned_at_ = at;
+    }
+    const auto& measured = command.mode == Mode::hold ? held_.position_rad : raw_.position_rad;
+    if (is_position)
+        guard_.sent(*command.position_rad, at);
+    else if (measured)
+        guard_.sent(mounting_.to_joint(*measured), at);
+    return requests;
+}
+
+Mode Joint::policy() const
+{
+    // A joint that was let go is not seized by a stop.
+    return command_.mode == Mode::release ? Mode::release : policy_;
+}
+
+std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver) const
+{
+    return driver.plan({.mode = policy()}, raw_);
+}
+
+// ---- measurements ----
+
+void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at)
+{
+    if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
+        return failed(absorbed.error());
+    answered_at_ = std::max(answered_at_, at);
+    if (missing_since_ && at - *missing_since_ > doubtful_silence && closed_ == nullptr) {
+        must_set_up_ = true;
+        check_at_ = at;
+    }
+    missing_since_.reset();
+}
+
+} // namespace sinew::robot

@@ -1,0 +1,131 @@
+#pragma once
+#include "sinew/actuator/driver.hpp"
+#include "sinew/family/families.hpp"
+#include "sinew/link/clock.hpp"
+#include "sinew/robot/mounting.hpp"
+#include "sinew/robot/supervisor.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+/// The joints of a robot file in motion, in radians and by name.
+namespace sinew::robot {
+
+using actuator::Command;
+using actuator::Depth;
+using actuator::Mode;
+using actuator::State;
+
+/// Something that the robot did or saw and nobody asked for: a limit, a fault, a reset, a time-out.
+struct Incident {
+    TimePoint at{};
+    std::string joint; ///< empty: the whole robot
+    Errc code{};
+    std::string says; ///< one sentence
+};
+
+/// One actuator by its name. All values are those of the joint: direction, zero and ratio of the robot file are in
+/// them. It belongs to its `Robot` and is used from the thread that drives it.
+class Joint
+{
+public:
+    const std::string& name() const { return resolved_->joint->name; }
+    const config::Joint& file() const { return *resolved_->joint; }
+    const std::string& bus() const { return resolved_->bus->name; }
+    const Family& family() const { return *resolved_->family; }
+    const DeviceSpec& device() const { return resolved_->device; }
+    const actuator::Capabilities& capabilities() const { return can_; }
+    const actuator::Limits& limits() const { return guard_.rules().limits; }
+
+    /// What the next cycle sends, and every one after it. A wrong command is an error and changes nothing: the one
+    /// before stays. To say the same again renews it (`command_timeout_s`).
+    ///
+    /// - Position without velocity: at once, as far as the greatest velocity allows; see `Supervisor`.
+    /// - Position with a velocity or a duration: where the device does not do that itself the robot walks there, a step
+    ///   a cycle.
+    std::expected<void, Error> set(const Command& command);
+    /// The command stands as it is: counts as said again.
+    void renew() { commanded_at_ = now(); }
+    const Command& command() const { return command_; }
+
+    /// What was measured last, each value with its time.
+    const State& state() const { return state_; }
+    /// The same in the units of the actuator.
+    const State& actuator_state() const { return raw_; }
+    /// How long the device has given no answer; as long as the robot is there where it never did.
+    Duration silent_for() const { return now() - answered_at_; }
+    /// Exchanges of this joint that failed since the robot was opened.
+    std::uint64_t failures() const { return failures_; }
+    /// Why the latest of them failed, or the latest command was not carried out; nullptr: nothing ever was wrong.
+    const Error* trouble() const { return trouble_ ? &*trouble_ : nullptr; }
+
+    /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn. A
+    /// Nuri, and an RMD that may stand in another turn, must be taken `home`.
+    bool referenced() const { return referenced_; }
+
+    // ---- for the robot ----
+
+    Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock,
+          std::vector<Incident>& incidents);
+
+private:
+    friend class Line;
+    friend class Core;
+
+    TimePoint now() const { return clock_->now(); }
+    Error named(Error error) const;
+    void take(const Command& command, TimePoint at);
+    void hold_here(TimePoint at);
+    void end(TimePoint at);
+    void begin(TimePoint at);
+    Command next(TimePoint at);
+    bool must_send(const Command& command, TimePoint at) const;
+    std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
+    std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver) const;
+    bool can_walk(const Command& command) const;
+    void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
+    void failed(const Error& error);
+    void tell(Errc code, std::string says);
+    Mode policy() const;
+
+    const ResolvedJoint* resolved_;
+    const link::Clock* clock_;
+    std::vector<Incident>* incidents_;
+    Mounting mounting_;
+    std::unique_ptr<actuator::Driver> driver_;
+    /// Plans what stops the joint, beforehand: a driver believes that what it planned was sent.
+    std::unique_ptr<actuator::Driver> stopper_;
+    actuator::Capabilities can_;
+    Supervisor guard_;
+    Mode policy_ = Mode::hold;
+    bool holds_a_position_ = false; ///< to hold, the device must be told where
+    bool acknowledges_ = true;      ///< its answer to a command is worth the repetition
+    bool referenced_ = false;
+    const char* closed_ = "the robot is not enabled yet"; ///< why it takes no command; nullptr: it does
+
+    Command command_{.mode = Mode::release};
+    TimePoint commanded_at_{};
+    TimePoint deadline_{}; ///< of a move with a duration
+    struct Walk {
+        double to_rad = 0.0, velocity_rad_s = 0.0;
+        TimePoint at{};
+    };
+    std::optional<Walk> walk_;
+    State held_{};            ///< where it holds
+    Command planned_{};       ///< what went out last, in the units of the actuator
+    TimePoint planned_at_{};  ///< when
+    bool fresh_ = false;      ///< the command was not sent yet, or its sending failed
+    int repetitions_ = 0;     ///< still to be sent, where nobody acknowledges
+
+    State raw_{}, state_{};
+    TimePoint answered_at_{};
+    std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
+    TimePoint full_at_{};  ///< the next full reading is due
+    TimePoint check_at_{}; ///< the next look for a reset is due
+    bool must_set_up_ = false;
+    std::uint64_t failures_ = 0;
+    std::optional<Error> trouble_;
+};
+
+} // namespace sinew::robot

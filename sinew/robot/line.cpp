@@ -1,0 +1,267 @@
+#include "sinew/robot/line.hpp"
+
+#include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/rmd/group.hpp"
+#include "sinew/wire/by_name.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace sinew::robot {
+namespace {
+
+constexpr Duration between_full_readings = std::chrono::milliseconds{500};
+constexpr Duration between_reset_checks = std::chrono::seconds{1};
+constexpr std::size_t most_a_joint = 3 * wire::Requests::capacity;
+constexpr int last_of_group = 4;
+
+/// What takes all devices of a line at once to what the policy asks for, where the family has it.
+std::expected<wire::Request, Error> broadcast(const Joint& like, Mode policy)
+{
+    if (policy == Mode::brake && like.family().name == "sam") {
+        auto request = wire::make_request(like.family().broadcast_id, sam::QuickBrakeMode{});
+        if (request)
+            request->answered = false;
+        return request;
+    }
+    if (policy == Mode::release && like.family().name == "nuri") {
+        auto request = wire::make_request(line_of(like.device()), "set-control-on-off", like.family().broadcast_id,
+                                          {{{"control", static_cast<std::int64_t>(nuri::Control::off)}}},
+                                          options_of(like.device()), {});
+        if (request)
+            request->answered = false;
+        return request;
+    }
+    return fail(Errc::unsupported, {});
+}
+
+} // namespace
+
+void Line::set_joints(std::vector<Joint*> joints)
+{
+    joints_ = std::move(joints);
+    const std::size_t most = joints_.size() * most_a_joint + 1;
+    requests_.resize(most);
+    results_.resize(most);
+    owners_.resize(most);
+    stop_requests_.reserve(joints_.size() * wire::Requests::capacity + 1);
+    for (Joint* joint : joints_)
+        if (dynamic_cast<rmd::Driver*>(joint->driver_.get()) != nullptr && id_of(joint->device()) <= last_of_group)
+            group_.push_back(joint);
+}
+
+void Line::add(Joint& joint, std::span<const wire::Request> requests)
+{
+    for (const auto& request : requests) {
+        if (size_ == requests_.size())
+            return;
+        requests_[size_] = request;
+        owners_[size_++] = &joint;
+    }
+}
+
+std::expected<void, Error> Line::plan_read(Joint& joint, Depth depth)
+{
+    const auto requests = joint.driver_->plan_read(depth);
+    if (!requests)
+        return std::unexpected(joint.named(requests.error()));
+    add(joint, requests->all());
+    return {};
+}
+
+/// Whether there is nothing against going on.
+bool Line::obey(Joint& joint, const Finding& finding, TimePoint now)
+{
+    if (finding.measure == Measure::none)
+        return true;
+    joint.tell(finding.why.code, to_sentence(finding.why));
+    if (finding.measure == Measure::stop && whole_)
+        return false;
+    joint.end(now);
+    if (finding.measure == Measure::stop) {
+        joint.trouble_ = finding.why;
+        joint.closed_ = "it was stopped after a fault; enable the robot again";
+    }
+    return true;
+}
+
+Finding Line::judge(TimePoint now)
+{
+    for (Joint* joint : joints_) {
+        if (joint->closed_ != nullptr)
+            continue;
+        auto finding = joint->guard_.judge(joint->state_, joint->command_, joint->commanded_at_, joint->answered_at_,
+                                           interval_, now);
+        if (!obey(*joint, finding, now))
+            return finding;
+    }
+    return {};
+}
+
+Finding Line::plan_cycle(TimePoint now)
+{
+    clear();
+    interval_ = begun_at_ == TimePoint{} ? Duration{} : now - begun_at_;
+    begun_at_ = now;
+    if (auto finding = judge(now); finding.measure != Measure::none)
+        return finding;
+    prepare_stop();
+    const bool grouped = plan_group(now);
+    for (Joint* joint : joints_) {
+        if (joint->must_set_up_)
+            if (const auto settings = joint->driver_->plan_settings()) {
+                add(*joint, settings->all());
+                joint->must_set_up_ = false;
+            }
+        if (grouped && std::ranges::find(group_, joint) != group_.end())
+            continue;
+        const double resolution = joint->command_.resolution_rad.value_or(0.0) * joint->mounting_.ratio;
+        auto requests = joint->plan(now, resolution);
+        if (!requests) {
+            const Error why = joint->named(std::move(requests.error()));
+            joint->tell(why.code, to_sentence(why));
+            joint->failed(why);
+            joint->hold_here(now);
+            requests = joint->plan(now, resolution);
+        }
+        if (requests)
+            add(*joint, requests->all());
+    }
+    add_extras(now);
+    return {};
+}
+
+/// All motors of the bus with ids 1 to 4 in one frame, where all of them are driven by a current.
+bool Line::plan_group(TimePoint now)
+{
+    if (group_.size() < 2)
+        return false;
+    const auto is_pushed = [](const Joint* joint) {
+        return (joint->command_.mode == Mode::current || joint->command_.mode == Mode::torque) && !joint->must_set_up_;
+    };
+    if (!std::ranges::all_of(group_, is_pushed))
+        return false;
+    std::array<rmd::GroupMember, last_of_group> members;
+    for (std::size_t i = 0; i < group_.size(); ++i)
+        members[i] = {static_cast<rmd::Driver*>(group_[i]->driver_.get()),
+                      group_[i]->mounting_.to_actuator(group_[i]->command_)};
+    auto requests = rmd::plan_group(std::span(members).first(group_.size()));
+    if (!requests)
+        return false;
+    for (const auto& request : requests->all()) {
+        add(*group_.front(), {&request, 1});
+        if (request.message->request.layout->can_fixed) {
+            requests_[size_ - 1].replies = static_cast<std::uint8_t>(group_.size());
+            owners_[size_ - 1] = nullptr;
+        } else {
+            const auto whose = std::ranges::find(group_, request.id, [](const Joint* j) { return id_of(j->device()); });
+            owners_[size_ - 1] = whose != group_.end() ? *whose : group_.front();
+        }
+    }
+    for (Joint* joint : group_) {
+        if (joint->raw_.position_rad)
+            joint->guard_.sent(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
+        if (const auto read = joint->driver_->plan_read(Depth::motion))
+            add(*joint, read->all().first(1));
+    }
+    return true;
+}
+
+/// One joint a cycle, in turn: the rest of its state, and whether it has started afresh.
+void Line::add_extras(TimePoint now)
+{
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+        Joint& joint = *joints_[(next_full_ + i) % joints_.size()];
+        const bool full = now >= joint.full_at_, check = now >= joint.check_at_;
+        if (!full && !check)
+            continue;
+        next_full_ = (next_full_ + i + 1) % joints_.size();
+        if (full) {
+            if (const auto read = joint.driver_->plan_read(Depth::full))
+                add(joint, read->all());
+            joint.full_at_ = now + between_full_readings;
+        } else {
+            if (const auto look = joint.driver_->plan_reset_check())
+                add(joint, look->all());
+            joint.check_at_ = now + between_reset_checks;
+        }
+        return;
+    }
+}
+
+void Line::prepare_stop()
+{
+    if (busy_)
+        return;
+    // What holds a position must be told where it is now; nothing else changes but by the command.
+    stop_requests_.clear();
+    const bool alike =
+        std::ranges::all_of(joints_, [&](const Joint* j) { return j->policy() == joints_.front()->policy(); });
+    if (alike && !joints_.empty())
+        if (const auto all = broadcast(*joints_.front(), joints_.front()->policy())) {
+            stop_requests_.push_back(*all);
+        }
+    for (Joint* joint : joints_)
+        if (const auto requests = joint->plan_policy(*joint->stopper_))
+            for (const auto& request : requests->all())
+                stop_requests_.push_back(request);
+    bus_->set_stop(stop_requests_);
+}
+
+void Line::start()
+{
+    bus_->start(requests(), std::span(results_).first(size_));
+    busy_ = true;
+}
+
+void Line::absorb(TimePoint now)
+{
+    busy_ = false;
+    const auto wire = bus_->conversation().line();
+    for (std::size_t i = 0; i < size_; ++i) {
+        const auto& request = requests_[i];
+        const auto& result = results_[i];
+        if (!result.good) {
+            if (owners_[i] != nullptr)
+                owners_[i]->failed(result.error);
+            else
+                for (Joint* joint : group_)
+                    joint->failed(result.error);
+            continue;
+        }
+        if (!request.answered)
+            continue;
+        for (std::size_t reply = 0; reply < result.reply_count; ++reply) {
+            const auto& frame = result.replies[reply];
+            const TimePoint at = result.at - bus::frame_time(wire, frame.size, bus::Stuffing::least);
+            if (owners_[i] != nullptr)
+                owners_[i]->absorb(request, frame, at);
+            else
+                for (Joint* joint : group_)
+                    joint->absorb(request, frame, at);
+        }
+    }
+    for (Joint* joint : joints_)
+        look_after(*joint, now);
+}
+
+void Line::look_after(Joint& joint, TimePoint now)
+{
+    joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
+    joint.guard_.observe(joint.state_);
+    if (joint.closed_ != nullptr)
+        return;
+    const std::string_view reset = joint.driver_->noticed_reset();
+    if (reset.empty() || joint.must_set_up_)
+        return;
+    joint.tell(Errc::bad_reply, fmt::format("{} has started afresh: {}; it is set up again and holds where it is",
+                                            joint.name(), reset));
+    joint.must_set_up_ = true;
+    joint.referenced_ = joint.referenced_ && joint.family().name != "nuri";
+    joint.guard_.begin(joint.state_, now);
+    if (joint.command_.mode != Mode::release)
+        joint.hold_here(now);
+    joint.fresh_ = true;
+}
+
+} // namespace sinew::robot

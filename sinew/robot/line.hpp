@@ -1,0 +1,82 @@
+#pragma once
+#include "sinew/bus/bus.hpp"
+#include "sinew/robot/joint.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sinew::robot {
+
+/// One bus of a robot with its joints: what goes out in an exchange, and whose the answers are. No heap once it is made.
+class Line
+{
+public:
+    /// `whole`: a fault of one joint stops the robot; else that joint alone.
+    Line(std::unique_ptr<bus::Bus> bus, Duration period, bool whole)
+        : bus_(std::move(bus)), period_(period), whole_(whole)
+    {
+    }
+
+    /// Before the first exchange; the joints must stay where they are.
+    void set_joints(std::vector<Joint*> joints);
+    bus::Bus& bus() { return *bus_; }
+    std::span<Joint* const> joints() const { return joints_; }
+
+    // ---- what goes out next ----
+
+    void clear() { size_ = 0; }
+    void add(Joint& joint, std::span<const wire::Request> requests);
+    std::expected<void, Error> plan_read(Joint& joint, Depth depth);
+    /// The commands of all joints and what they measure, now and then all of it. What a supervisor finds is carried
+    /// out; a fault is returned, and the exchange must not be started then.
+    Finding plan_cycle(TimePoint now);
+    std::span<const wire::Request> requests() const { return std::span(requests_).first(size_); }
+    std::span<const bus::Result> results() const { return std::span(results_).first(size_); }
+    Joint& owner(std::size_t request) { return *owners_[request]; }
+
+    /// Makes ready what a stop sends; not while an exchange runs.
+    void prepare_stop();
+    std::span<const wire::Request> stop_requests() const { return stop_requests_; }
+
+    // ---- the exchange ----
+
+    void start();
+    bool busy() const { return busy_; }
+    /// After its end: what came back goes to the joints.
+    void absorb(TimePoint now);
+    /// What the supervisors find; limits and time-outs are seen to, a fault of the robot is returned.
+    Finding judge(TimePoint now);
+
+    bool is_lost() const { return bus_->link_trouble() != nullptr || bus_->losses() != losses_; }
+    void forgive() { losses_ = bus_->losses(); }
+
+    Duration period() const { return period_; } ///< 0: as the loop asks
+    TimePoint due() const { return due_; }
+    void set_due(TimePoint due) { due_ = due; }
+
+private:
+    bool plan_group(TimePoint now);
+    void add_extras(TimePoint now);
+    bool obey(Joint& joint, const Finding& finding, TimePoint now);
+    void look_after(Joint& joint, TimePoint now);
+
+    std::unique_ptr<bus::Bus> bus_;
+    Duration period_{};
+    bool whole_ = true;
+    TimePoint due_{};
+    TimePoint begun_at_{};
+    Duration interval_{};
+    bool busy_ = false;
+    std::uint64_t losses_ = 0;
+    std::vector<Joint*> joints_;
+    std::vector<Joint*> group_; ///< ids 1 to 4 of an RMD bus
+    std::vector<wire::Request> requests_;
+    std::vector<bus::Result> results_;
+    std::vector<Joint*> owners_; ///< nullptr: of the group
+    std::size_t size_ = 0;
+    std::size_t next_full_ = 0;
+    std::vector<wire::Request> stop_requests_;
+};
+
+} // namespace sinew::robot

@@ -1,0 +1,115 @@
+#include "sinew/robot/core.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+/// Stopping: the ready-made frames first, then asking who obeyed.
+namespace sinew::robot {
+namespace {
+
+constexpr int most_repetitions = 3; ///< of what was not confirmed
+constexpr int most_looks = 50;
+constexpr Duration between_looks = std::chrono::milliseconds{20};
+constexpr double rest_rad_s = 0.02;
+
+} // namespace
+
+/// The frames of all buses at the next frame boundary. A bus whose link is lost keeps them until it is back.
+void Core::send_stop()
+{
+    for (auto& line : lines)
+        line->prepare_stop();
+    for (bus::Bus* bus : buses)
+        bus->request_stop();
+    bus::drive(buses);
+    const TimePoint now = clock->now();
+    for (auto& line : lines) {
+        if (line->busy())
+            line->absorb(now);
+        if (line->bus().link_trouble() == nullptr)
+            line->bus().clear_stop();
+    }
+}
+
+/// One look at all joints that have not confirmed yet, told again what they have to do where `command`. Whether any is
+/// left.
+bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
+{
+    const TimePoint begun = clock->now();
+    for (auto& line : lines) {
+        line->clear();
+        for (Joint* joint : line->joints()) {
+            auto& outcome = outcomes[static_cast<std::size_t>(joint - joints.data())];
+            if (outcome.outcome == Stopped::Outcome::confirmed)
+                continue;
+            if (command)
+                if (const auto plan = joint->plan_policy(*joint->driver_))
+                    line->add(*joint, plan->all());
+            (void)line->plan_read(*joint, Depth::full);
+        }
+    }
+    exchange_lines();
+    bool left = false;
+    for (Joint& joint : joints) {
+        auto& outcome = outcomes[static_cast<std::size_t>(&joint - joints.data())];
+        if (outcome.outcome == Stopped::Outcome::confirmed)
+            continue;
+        const bool answered = joint.answered_at_ >= begun;
+        if (!answered) {
+            outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
+            left = true;
+            continue;
+        }
+        outcome.outcome = Stopped::Outcome::sent;
+        const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
+        const bool may_say_off = joint.driver_->capabilities().measures_enabled;
+        const bool rests = std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s;
+        const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_) : rests;
+        if (done)
+            outcome.outcome = Stopped::Outcome::confirmed;
+        left = left || !done;
+    }
+    return left;
+}
+
+void Core::verify(std::vector<Stopped>& outcomes)
+{
+    for (int look = 0; look < most_looks; ++look) {
+        const bool all_answered = std::ranges::none_of(
+            outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
+        const bool command = look == 0 || (look < most_repetitions && !all_answered);
+        if (!ask_again(outcomes, command))
+            return;
+        const bool only_failures = std::ranges::none_of(
+            outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
+        if (only_failures && look + 1 >= most_repetitions)
+            return;
+        const TimePoint until = clock->now() + between_looks;
+        while (clock->now() < until)
+            clock->wait({}, until);
+    }
+}
+
+std::vector<Stopped> Core::stop(std::string why)
+{
+    const bool was_enabled = enabled;
+    enabled = false;
+    std::vector<Stopped> outcomes;
+    for (Joint& joint : joints) {
+        outcomes.push_back({.joint = joint.name(), .did = joint.policy()});
+        joint.closed_ = "the robot is stopped; enable it again";
+        joint.walk_.reset();
+        joint.guard_.begin(joint.state_, clock->now());
+    }
+    if (!fault && was_enabled && !why.empty())
+        incidents.push_back({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
+    send_stop();
+    stop_asked_.store(false);
+    verify(outcomes);
+    for (Joint& joint : joints)
+        joint.command_ = {.mode = joint.policy()};
+    return outcomes;
+}
+
+} // namespace sinew::robot

@@ -1,0 +1,248 @@
+#include "sinew/sim/fault.hpp"
+#include "tests/robot/rig.hpp"
+
+#include <gtest/gtest.h>
+
+/// Limits and stops hold whatever the program does.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::string_view knee_text = R"(
+version = 1
+[bus.r]
+family = "rmd"
+[joint.knee]
+bus = "r"
+id = 1
+model = "MG"
+profile = "rmd-2.35"
+position_min_deg = -10
+position_max_deg = 100
+velocity_max_deg_s = 180
+)";
+
+std::string with_safety(std::string_view keys)
+{
+    return fmt::format("{}[safety]\n{}\n", knee_text, keys);
+}
+
+TEST(Safety, NothingIsCommandedBeforeEnable)
+{
+    Rig rig(file_of(knee_text));
+    const auto set = rig.robot->set("knee", {.mode = Mode::position, .position_rad = 0.1});
+    ASSERT_FALSE(set.has_value());
+    EXPECT_FALSE(rig.robot->cycle().has_value());
+    EXPECT_TRUE(rig.robot->state("knee")->position_rad.has_value()) << "but it is read";
+}
+
+TEST(Safety, WhatIsBeyondALimitIsRefusedWithASentence)
+{
+    Rig rig(file_of(knee_text));
+    rig.enable();
+    for (const Command& command :
+         {Command{.mode = Mode::position, .position_rad = units::rad(101)},
+          Command{.mode = Mode::position, .position_rad = units::rad(-11)},
+          Command{.mode = Mode::position, .position_rad = std::nan("")},
+          Command{.mode = Mode::position, .position_rad = 0.1, .velocity_rad_s = units::rad(181)},
+          Command{.mode = Mode::position, .position_rad = units::rad(90), .duration = 100ms},
+          Command{.mode = Mode::velocity, .velocity_rad_s = units::rad(181)}, Command{.mode = Mode::torque}}) {
+        const auto set = rig.robot->set("knee", command);
+        ASSERT_FALSE(set.has_value());
+        EXPECT_NE(said(set).find("knee"), std::string::npos) << said(set);
+    }
+    EXPECT_EQ(rig.robot->find("knee")->command().mode, Mode::hold) << "the command before stays";
+}
+
+TEST(Safety, AStreamThatIsFasterThanItsLimitIsRefusedAndNeverSent)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.servo]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-20\"\nvelocity_max_deg_s = 60\n"));
+    rig.enable();
+    Joint& servo = *rig.robot->find("servo");
+    double sent = *servo.state().position_rad;
+    int refused = 0;
+    for (int i = 1; i <= 100; ++i) {
+        const double wish = sent + units::rad(i % 2 == 0 ? 0.55 : 3.0); // 55 and 300 deg/s at 10 ms
+        if (servo.set({.mode = Mode::position, .position_rad = wish}))
+            sent = wish;
+        else
+            ++refused;
+        ASSERT_TRUE(rig.run(10ms));
+        EXPECT_LE(*servo.command().position_rad, sent + 1e-9);
+    }
+    EXPECT_EQ(refused, 50);
+    EXPECT_NEAR(rig.truth_rad("servo"), sent, units::rad(3));
+    const auto jump = servo.set({.mode = Mode::position, .position_rad = sent - units::rad(30)});
+    ASSERT_FALSE(jump.has_value());
+    EXPECT_NE(said(jump).find("60.00 deg/s"), std::string::npos) << said(jump);
+}
+
+TEST(Safety, AJointThatTurnsWithoutEndHoldsBeforeItsLimit)
+{
+    Rig rig(file_of(knee_text));
+    rig.enable();
+    Joint& knee = *rig.robot->find("knee");
+    ASSERT_TRUE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(120)}));
+    for (int i = 0; i < 200; ++i) {
+        ASSERT_TRUE(rig.run(10ms));
+        EXPECT_LT(units::deg(rig.truth_rad("knee")), 100.0);
+    }
+    EXPECT_EQ(knee.command().mode, Mode::hold);
+    EXPECT_GT(units::deg(rig.truth_rad("knee")), 85.0);
+    ASSERT_EQ(rig.robot->incidents().size(), 1U);
+    EXPECT_NE(rig.robot->incidents()[0].says.find("limit"), std::string::npos);
+    EXPECT_FALSE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(160)}));
+    EXPECT_TRUE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(-60)})) << "back is allowed";
+}
+
+TEST(Safety, ACommandStreamThatDriesUpEndsByThePolicy)
+{
+    for (const std::string_view policy : {"hold", "release"}) {
+        Rig rig(file_of(with_safety(fmt::format("policy = \"{}\"\ncommand_timeout_s = 0.2", policy))));
+        rig.enable();
+        Joint& knee = *rig.robot->find("knee");
+        for (int i = 0; i < 30; ++i) {
+            ASSERT_TRUE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(30)}));
+            ASSERT_TRUE(rig.run(10ms));
+        }
+        EXPECT_EQ(knee.command().mode, Mode::velocity);
+        ASSERT_TRUE(rig.run(300ms));
+        EXPECT_EQ(to_word(knee.command().mode), policy);
+        ASSERT_FALSE(rig.robot->incidents().empty());
+        EXPECT_NE(rig.robot->incidents()[0].says.find("no command"), std::string::npos);
+        EXPECT_TRUE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(30)})) << "the next one counts";
+    }
+}
+
+TEST(Safety, AJointThatFallsSilentStopsTheOthers)
+{
+    Rig rig(demo());
+    rig.enable();
+    Joint& knee = *rig.robot->find("left_knee");
+    ASSERT_TRUE(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
+    ASSERT_TRUE(rig.run(500ms));
+    rig.inject(sim::FaultKind::unplug, "elbow");
+    const auto ran = rig.run(2s);
+    ASSERT_FALSE(ran.has_value());
+    EXPECT_NE(said(ran).find("elbow"), std::string::npos) << said(ran);
+    EXPECT_FALSE(rig.robot->enabled());
+    ASSERT_NE(rig.robot->fault(), nullptr);
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+    EXPECT_FALSE(knee.set({.mode = Mode::hold}));
+    EXPECT_FALSE(rig.robot->enable().has_value()) << "the elbow is still unplugged";
+    rig.simulator->world().mend("elbow");
+    rig.simulator->clock().wait({}, rig.now() + 200ms);
+    rig.enable();
+    EXPECT_TRUE(knee.set({.mode = Mode::hold}));
+}
+
+TEST(Safety, ALostLinkStopsTheOtherBuses)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_TRUE(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
+    ASSERT_TRUE(rig.robot->set("waist_yaw", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
+    ASSERT_TRUE(rig.run(500ms));
+    EXPECT_GT(rig.truth_rad_s("left_knee"), 0.2);
+    ASSERT_TRUE(rig.simulator->set_plugged("left", false));
+    const auto ran = rig.run(2s);
+    ASSERT_FALSE(ran.has_value());
+    EXPECT_EQ(ran.error().code, Errc::link_lost) << said(ran);
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+    EXPECT_NEAR(rig.truth_rad_s("waist_yaw"), 0.0, 1e-3);
+    ASSERT_TRUE(rig.simulator->set_plugged("left", true));
+    rig.enable();
+    EXPECT_TRUE(rig.run(200ms).has_value());
+}
+
+TEST(Safety, AStopReachesEveryJointAndSaysSo)
+{
+    for (const std::string_view policy : {"hold", "release", "brake"}) {
+        auto file = demo();
+        file.safety.policy = policy == "hold"      ? config::Policy::hold
+                             : policy == "release" ? config::Policy::release
+                                                   : config::Policy::brake;
+        Rig rig(file);
+        rig.enable();
+        for (Joint& joint : rig.robot->joints()) {
+            const double sense = joint.name().ends_with("hip") ? -1.0 : 1.0;
+            const auto set = joint.set({.mode = Mode::velocity, .velocity_rad_s = sense * units::rad(30)});
+            ASSERT_TRUE(set.has_value()) << said(set);
+        }
+        ASSERT_TRUE(rig.run(300ms));
+        const auto stopped = rig.robot->stop();
+        ASSERT_EQ(stopped.size(), 16U);
+        for (const auto& one : stopped) {
+            EXPECT_NE(one.outcome, Stopped::Outcome::failed) << one.joint << to_sentence(one.why);
+            EXPECT_NEAR(rig.truth_rad_s(one.joint), 0.0, 0.05) << one.joint << " " << policy;
+            if (one.did == Mode::hold) {
+                EXPECT_EQ(one.outcome, Stopped::Outcome::confirmed) << one.joint;
+            }
+        }
+        EXPECT_FALSE(rig.robot->cycle().has_value());
+        rig.enable();
+    }
+}
+
+TEST(Safety, AStopGoesOnPastADeviceThatIsNotThere)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_TRUE(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
+    ASSERT_TRUE(rig.run(100ms));
+    rig.inject(sim::FaultKind::unplug, "shoulder_pitch");
+    for (const auto& one : rig.robot->stop())
+        EXPECT_EQ(one.outcome == Stopped::Outcome::failed, one.joint == "shoulder_pitch") << one.joint;
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+}
+
+TEST(Safety, ARequestedStopEndsTheLoop)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_TRUE(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
+    int calls = 0;
+    const auto ran = rig.robot->run(5ms, [&](Robot& robot) {
+        if (++calls == 50)
+            robot.request_stop();
+    });
+    ASSERT_FALSE(ran.has_value());
+    EXPECT_EQ(ran.error().code, Errc::stopped);
+    EXPECT_EQ(calls, 50);
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+}
+
+TEST(Safety, ADeviceThatStartedAfreshIsSetUpAgainAndHoldsWhereItIs)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.servo]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-20\"\nvelocity_max_deg_s = 60\n[joint.servo.runtime]\np_gain = 77\nd_gain = 5\n"));
+    rig.enable();
+    ASSERT_TRUE(rig.robot->set("servo", {.mode = Mode::position, .position_rad = 0.5, .velocity_rad_s = 0.2}));
+    ASSERT_TRUE(rig.run(1s));
+    rig.simulator->world().find_device("servo")->power_cycle();
+    const auto ran = rig.run(3s);
+    ASSERT_TRUE(ran.has_value()) << said(ran);
+    ASSERT_EQ(rig.robot->incidents().size(), 1U);
+    EXPECT_NE(rig.robot->incidents()[0].says.find("afresh"), std::string::npos) << rig.robot->incidents()[0].says;
+    EXPECT_EQ(rig.robot->find("servo")->command().mode, Mode::hold);
+    const auto gains = rig.robot->buses()[0]->call(1, sam::ReadPdGain{});
+    ASSERT_TRUE(gains.has_value());
+    EXPECT_EQ(gains->p_gain, 77);
+    EXPECT_LT(rig.truth_rad("servo"), 0.49) << "it did not go on";
+}
+
+TEST(Safety, AHotMotorStopsTheRobot)
+{
+    Rig rig(file_of(with_safety("temperature_max_c = 60")));
+    rig.enable();
+    ASSERT_TRUE(rig.run(100ms));
+    rig.inject(sim::FaultKind::hot_motor, "knee");
+    const auto ran = rig.run(2s);
+    ASSERT_FALSE(ran.has_value());
+    EXPECT_NE(said(ran).find("°C"), std::string::npos) << said(ran);
+}
+
+} // namespace
+} // namespace sinew::robot::test
