@@ -14,8 +14,8 @@ namespace {
 constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "safety", "sim"};
 constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate", "rate_hz", "realtime", "sim"};
 constexpr std::string_view realtime_keys[] = {"lock_memory", "priority", "processor"};
-constexpr std::string_view safety_keys[] = {"policy",        "on_fault",      "command_timeout_s", "temperature_max_c",
-                                            "current_max_a", "step_max_rad",  "step_max_deg",      "silence_max_s",
+constexpr std::string_view safety_keys[] = {"policy",        "on_fault",     "command_timeout_s", "temperature_max_c",
+                                            "current_max_a", "step_max_rad", "step_max_deg",      "silence_max_s",
                                             "stop_time_s"};
 constexpr std::string_view home_keys[] = {"routine",      "direction",      "position_rad",
                                           "position_deg", "velocity_rad_s", "velocity_deg_s"};

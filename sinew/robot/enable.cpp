@@ -57,12 +57,13 @@ std::expected<void, Error> compare_sam(const Joint& joint, const sam::Spec& spec
     if (said->message.model_number == spec.model->number)
         return {};
     const auto* model = sam::find_model(said->message.model_number);
-    const std::string is = model != nullptr ? std::string(model->name)
-                                            : fmt::format("model number {}, which nobody documents",
-                                                          said->message.model_number);
-    return fail(Errc::bad_reply, fmt::format("{} says that it is {}, and the robot file says {}; every scale depends on "
-                                             "it, so correct the model of the joint",
-                                             joint.name(), is, spec.model->name));
+    const std::string is = model != nullptr
+                               ? std::string(model->name)
+                               : fmt::format("model number {}, which nobody documents", said->message.model_number);
+    return fail(Errc::bad_reply,
+                fmt::format("{} says that it is {}, and the robot file says {}; every scale depends on "
+                            "it, so correct the model of the joint",
+                            joint.name(), is, spec.model->name));
 }
 
 std::expected<void, Error> compare_nuri(const Joint& joint, const nuri::Spec& spec, const wire::Request& asked,
@@ -179,14 +180,15 @@ std::expected<void, Error> Core::enable()
     }
     if (auto done = exchange_all("its settings", [](Joint& joint) { return joint.driver_->plan_settings(); }); !done)
         return done;
-    if (auto done = exchange_all("its state", [](Joint& joint) { return joint.driver_->plan_read(Depth::full); }); !done)
+    if (auto done = exchange_all("its state", [](Joint& joint) { return joint.driver_->plan_read(Depth::full); });
+        !done)
         return done;
     if (auto done = exchange_all("its settings", [](Joint& j) { return j.driver_->plan_reset_check(); }); !done)
         return done;
     for (const Joint& joint : joints)
         if (!joint.raw_.position_rad)
-            return fail(Errc::bad_reply, fmt::format("{} does not tell where it is, so it cannot be held to its limits",
-                                                     joint.name()));
+            return fail(Errc::bad_reply,
+                        fmt::format("{} does not tell where it is, so it cannot be held to its limits", joint.name()));
     if (auto done = switch_all_on(); !done)
         return done;
     if (auto done = read(Depth::motion); !done)

@@ -137,12 +137,11 @@ std::expected<void, Error> Joint::set(const Command& command)
         if (command.velocity_rad_s && command.duration)
             return actuator::refuse(Errc::bad_argument, id_of(device()),
                                     fmt::format("{}: a move has a velocity or a duration, not both", name()));
-        for (const auto& value : {command.velocity_rad_s,
-                                  command.duration ? std::optional(seconds(*command.duration)) : std::nullopt})
+        for (const auto& value :
+             {command.velocity_rad_s, command.duration ? std::optional(seconds(*command.duration)) : std::nullopt})
             if (value && !(*value > 0.0 && std::isfinite(*value)))
-                return actuator::refuse(
-                    Errc::out_of_range, id_of(device()),
-                    fmt::format("{}: the velocity or duration of a move must be above 0", name()));
+                return actuator::refuse(Errc::out_of_range, id_of(device()),
+                                        fmt::format("{}: the velocity or duration of a move must be above 0", name()));
         bare.velocity_rad_s.reset();
         bare.duration.reset();
     }

@@ -112,17 +112,17 @@ private:
         TimePoint at{};
     };
     std::optional<Walk> walk_;
-    State held_{};            ///< where it holds
-    Command planned_{};       ///< what went out last, in the units of the actuator
-    TimePoint planned_at_{};  ///< when
-    bool fresh_ = false;      ///< the command was not sent yet, or its sending failed
-    int repetitions_ = 0;     ///< still to be sent, where nobody acknowledges
+    State held_{};           ///< where it holds
+    Command planned_{};      ///< what went out last, in the units of the actuator
+    TimePoint planned_at_{}; ///< when
+    bool fresh_ = false;     ///< the command was not sent yet, or its sending failed
+    int repetitions_ = 0;    ///< still to be sent, where nobody acknowledges
 
     State raw_{}, state_{};
     TimePoint answered_at_{};
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
-    TimePoint full_at_{};  ///< the next full reading is due
-    TimePoint check_at_{}; ///< the next look for a reset is due
+    TimePoint full_at_{};                    ///< the next full reading is due
+    TimePoint check_at_{};                   ///< the next look for a reset is due
     bool must_set_up_ = false;
     std::uint64_t failures_ = 0;
     std::optional<Error> trouble_;

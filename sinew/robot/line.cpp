@@ -254,8 +254,8 @@ void Line::look_after(Joint& joint, TimePoint now)
     const std::string_view reset = joint.driver_->noticed_reset();
     if (reset.empty() || joint.must_set_up_)
         return;
-    joint.tell(Errc::bad_reply, fmt::format("{} has started afresh: {}; it is set up again and holds where it is",
-                                            joint.name(), reset));
+    joint.tell(Errc::bad_reply,
+               fmt::format("{} has started afresh: {}; it is set up again and holds where it is", joint.name(), reset));
     joint.must_set_up_ = true;
     joint.referenced_ = joint.referenced_ && joint.family().name != "nuri";
     joint.guard_.begin(joint.state_, now);

@@ -8,7 +8,8 @@
 
 namespace sinew::robot {
 
-/// One bus of a robot with its joints: what goes out in an exchange, and whose the answers are. No heap once it is made.
+/// One bus of a robot with its joints: what goes out in an exchange, and whose the answers are. No heap once it is
+/// made.
 class Line
 {
 public:

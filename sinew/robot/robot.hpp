@@ -77,8 +77,8 @@ public:
     /// done. An error of one exchange shows in `Joint::trouble` and in the age of its state; what is returned here has
     /// stopped the robot.
     std::expected<void, Error> cycle();
-    /// Cycles until `until`, or until something stops the robot, with `each` once a `period`. Every bus goes at the rate
-    /// of the file (`rate_hz`), else at that of `period`, and waits for no other one.
+    /// Cycles until `until`, or until something stops the robot, with `each` once a `period`. Every bus goes at the
+    /// rate of the file (`rate_hz`), else at that of `period`, and waits for no other one.
     std::expected<void, Error> run(Duration period, const std::function<void(Robot&)>& each,
                                    TimePoint until = TimePoint::max());
     /// Cycles for so long, as fast as the slowest bus goes but no faster than every `period`.

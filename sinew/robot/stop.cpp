@@ -76,13 +76,13 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
 void Core::verify(std::vector<Stopped>& outcomes)
 {
     for (int look = 0; look < most_looks; ++look) {
-        const bool all_answered = std::ranges::none_of(
-            outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
+        const bool all_answered =
+            std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
         if (!ask_again(outcomes, command))
             return;
-        const bool only_failures = std::ranges::none_of(
-            outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
+        const bool only_failures =
+            std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
         if (only_failures && look + 1 >= most_repetitions)
             return;
         const TimePoint until = clock->now() + between_looks;

@@ -25,9 +25,12 @@ constexpr double rest_rad_s = units::rad(1.0);
 /// How fast what is remembered of a velocity fades: by half in so long.
 constexpr double fading_s = 0.1;
 
-constexpr actuator::Fault serious[] = {actuator::Fault::over_temperature, actuator::Fault::driver_over_temperature,
-                                       actuator::Fault::over_current,     actuator::Fault::short_circuit,
-                                       actuator::Fault::stall,            actuator::Fault::low_voltage,
+constexpr actuator::Fault serious[] = {actuator::Fault::over_temperature,
+                                       actuator::Fault::driver_over_temperature,
+                                       actuator::Fault::over_current,
+                                       actuator::Fault::short_circuit,
+                                       actuator::Fault::stall,
+                                       actuator::Fault::low_voltage,
                                        actuator::Fault::high_voltage};
 
 bool is_endless(Mode mode)
@@ -139,13 +142,11 @@ std::expected<void, Error> Supervisor::check_sense(const Command& command, const
     const double on = command.mode == Mode::velocity ? seconds(rules_.stop_time) / 2.0 : 0.0;
     const double sense = sense_of(command), position = *state.position_rad + on * sense;
     if (limits.position_high_rad && sense > 0.0 && position >= *limits.position_high_rad)
-        return refuse(Errc::out_of_range,
-                      fmt::format("it is at {:.2f} deg and may not go beyond {:.2f} deg; only back", deg(*state.position_rad),
-                                  deg(*limits.position_high_rad)));
+        return refuse(Errc::out_of_range, fmt::format("it is at {:.2f} deg and may not go beyond {:.2f} deg; only back",
+                                                      deg(*state.position_rad), deg(*limits.position_high_rad)));
     if (limits.position_low_rad && sense < 0.0 && position <= *limits.position_low_rad)
-        return refuse(Errc::out_of_range,
-                      fmt::format("it is at {:.2f} deg and may not go below {:.2f} deg; only back", deg(*state.position_rad),
-                                  deg(*limits.position_low_rad)));
+        return refuse(Errc::out_of_range, fmt::format("it is at {:.2f} deg and may not go below {:.2f} deg; only back",
+                                                      deg(*state.position_rad), deg(*limits.position_low_rad)));
     return {};
 }
 
@@ -174,7 +175,11 @@ std::expected<Command, Error> Supervisor::admit(const Command& command, const St
 void Supervisor::sent(double position_rad, TimePoint now)
 {
     const double step = reference_rad_ ? std::abs(position_rad - *reference_rad_) : 0.0;
+    const double most = rules_.limits.velocity_max_rad_s.value_or(0.0);
     allowance_rad_ = std::max(0.0, allowance_rad(now) - step);
+    // What a step leaves is not saved for a longer one, but for the unrest of a loop.
+    if (step > noise_rad)
+        allowance_rad_ = std::min(allowance_rad_, most * seconds(unrest));
     reference_at_ = now;
     reference_rad_ = position_rad;
 }
@@ -216,9 +221,9 @@ Finding Supervisor::judge_faults(const State& state) const
                                            actuator::to_word(fault)));
     const auto& most = rules_.limits.temperature_max_c;
     if (most && state.temperature_c && *state.temperature_c >= *most)
-        return finding(Measure::stop, Errc::out_of_range,
-                       fmt::format("it is {:.0f} °C hot, {:.0f} °C are allowed; let it cool", *state.temperature_c,
-                                   *most));
+        return finding(
+            Measure::stop, Errc::out_of_range,
+            fmt::format("it is {:.0f} °C hot, {:.0f} °C are allowed; let it cool", *state.temperature_c, *most));
     return {};
 }
 
@@ -281,9 +286,9 @@ Finding Supervisor::judge(const State& state, const Command& running, TimePoint 
                           Duration interval, TimePoint now)
 {
     if (now - answered > rules_.silence_max)
-        return finding(Measure::stop, Errc::timeout,
-                       fmt::format("it has not answered for {:.2f} s; is its cable or its supply off?",
-                                   seconds(now - answered)));
+        return finding(
+            Measure::stop, Errc::timeout,
+            fmt::format("it has not answered for {:.2f} s; is its cable or its supply off?", seconds(now - answered)));
     if (auto fault = judge_faults(state); fault.measure != Measure::none)
         return fault;
     if (is_driven(running.mode))

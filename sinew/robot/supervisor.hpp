@@ -33,8 +33,8 @@ struct Finding {
 /// come out. No heap but for the sentence of an error. It never changes a value: what is beyond a limit is refused.
 ///
 /// A position that is to be reached at once may be no further from the last one than the joint may turn in the time
-/// between: the allowance grows with time at the greatest velocity, up to `longest_gap` of it. The first is counted
-/// from the measured position, so nothing ever jumps.
+/// between, counted up to `longest_gap`, and `unrest` of the loop. The first is counted from the measured position, so
+/// nothing ever jumps.
 class Supervisor
 {
 public:
@@ -43,6 +43,7 @@ public:
     Supervisor(std::string joint, int id, Rules rules, bool limits_velocity);
 
     static constexpr Duration longest_gap = std::chrono::milliseconds{50};
+    static constexpr Duration unrest = std::chrono::milliseconds{5};
     /// A measured velocity or current counts when it lasts for so long.
     static constexpr Duration lasting = std::chrono::milliseconds{100};
     static constexpr double velocity_tolerance = 1.25; ///< times the limit: what a control loop overshoots

@@ -16,7 +16,8 @@ TEST(Robot, EveryJointOfTheDemoHoldsAfterEnableAndGoesWhereItIsSent)
     for (Joint& joint : rig.robot->joints()) {
         EXPECT_NEAR(*joint.state().position_rad, 0.0, 2 * joint.capabilities().position_step_rad) << joint.name();
         EXPECT_EQ(joint.command().mode, Mode::hold);
-        const double to = joint.limits().position_low_rad.value_or(-1) < units::rad(-60) ? units::rad(-20) : units::rad(20);
+        const double to =
+            joint.limits().position_low_rad.value_or(-1) < units::rad(-60) ? units::rad(-20) : units::rad(20);
         const auto set = joint.set({.mode = Mode::position, .position_rad = to, .velocity_rad_s = units::rad(40)});
         ASSERT_TRUE(set.has_value()) << said(set);
     }
