@@ -1,6 +1,7 @@
 #include "apps/cli/sim_control.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/base/user_folders.hpp"
 #include "sinew/sim/console.hpp"
 
 #include <cerrno>
@@ -25,13 +26,6 @@ constexpr std::ptrdiff_t most_waiting = 32; // who asks nothing gives way to who
 constexpr char good = '+';
 constexpr char bad = '-';
 constexpr std::string_view sniff_word = "sniff "; // then the bus, a newline and the robot file
-
-std::filesystem::path folder()
-{
-    const char* given = std::getenv("XDG_RUNTIME_DIR");
-    return given != nullptr && *given != '\0' ? std::filesystem::path(given) / "sinew"
-                                              : std::filesystem::path(fmt::format("/tmp/sinew-{}", ::getuid()));
-}
 
 std::unexpected<Error> refused(std::string_view what, const std::filesystem::path& path)
 {
@@ -82,7 +76,7 @@ std::vector<Running> running()
 {
     std::vector<Running> all;
     std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(folder(), none)) {
+    for (const auto& entry : std::filesystem::directory_iterator(runtime_folder(), none)) {
         const std::string name = entry.path().filename().string();
         if (!name.starts_with(prefix) || !name.ends_with(ending))
             continue;
@@ -101,9 +95,9 @@ std::expected<std::unique_ptr<SimControl>, Error> SimControl::open(sim::RealTime
 {
     std::unique_ptr<SimControl> control(new SimControl(simulator, prompt, std::move(on_quit)));
     std::error_code code;
-    std::filesystem::create_directories(folder(), code);
-    std::filesystem::permissions(folder(), std::filesystem::perms::owner_all, code);
-    const auto path = folder() / fmt::format("{}{}{}", prefix, ::getpid(), ending);
+    std::filesystem::create_directories(runtime_folder(), code);
+    std::filesystem::permissions(runtime_folder(), std::filesystem::perms::owner_all, code);
+    const auto path = runtime_folder() / fmt::format("{}{}{}", prefix, ::getpid(), ending);
     const auto address = address_of(path);
     if (!address)
         return std::unexpected(address.error());

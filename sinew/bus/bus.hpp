@@ -114,6 +114,7 @@ public:
     const wire::Protocol& protocol() const { return protocol_; }
     link::Clock& clock() const { return clock_; }
     link::LinkState link_state() const;
+    const link::AnyLink& link() const { return link_; } ///< to look at
     const Conversation& conversation() const { return conversation_; }
 
     // ---- for `drive` ----

@@ -42,6 +42,9 @@ public:
     virtual std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) = 0;
 };
 
+/// The longest form in which a descriptor takes one frame: a line of SLCAN, or all that a frame holds.
+inline constexpr std::size_t longest_spelling = 32;
+
 /// A CAN bus. No call blocks. Own frames are never read back.
 class CanLink
 {
@@ -53,6 +56,9 @@ public:
     virtual int handle() const = 0;
     virtual LinkState state() const = 0;
     virtual std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) = 0;
+    /// The bytes that somebody who holds the descriptor and not this object writes to it to send a frame, and how many
+    /// they are; for the process that stops the motors when this one has died. 0: there is no such descriptor.
+    virtual std::size_t spell(const wire::Frame&, std::span<std::uint8_t, longest_spelling>) const { return 0; }
 };
 
 /// An open link of either kind.

@@ -133,6 +133,11 @@ std::expected<std::unique_ptr<CanLink>, Error> SlcanLink::open(std::unique_ptr<B
     return std::unique_ptr<CanLink>(new SlcanLink(std::move(adapter), bit_rate));
 }
 
+std::size_t SlcanLink::spell(const wire::Frame& frame, std::span<std::uint8_t, longest_spelling> into) const
+{
+    return slcan::encode(frame, into.first<slcan::longest_frame_text>());
+}
+
 SlcanLink::~SlcanLink()
 {
     // What is unsent ends in the middle of a line, and only as much as fits can go: nothing waits any more.

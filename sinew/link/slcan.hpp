@@ -44,6 +44,8 @@ public:
     /// Closes the bus for a moment. Does not wait for the adapter: a refusal shows in the next `write`.
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override;
 
+    std::size_t spell(const wire::Frame& frame, std::span<std::uint8_t, longest_spelling> into) const override;
+
     const Counters& counters() const { return counters_; }
     /// Asks the adapter for its flags, which it forgets by that; a later `read` brings the answer to `flags()`. False
     /// while an answer is due, and for an adapter that does not know the command.

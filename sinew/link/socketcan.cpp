@@ -60,6 +60,15 @@ std::expected<std::uint32_t, Error> bit_rate_of(const CanInterface& interface, s
                             interface.name, interface.bit_rate, stated));
 }
 
+can_frame to_can_frame(const wire::Frame& frame)
+{
+    can_frame out{};
+    out.can_id = frame.can_id;
+    out.len = frame.size;
+    std::ranges::copy(frame.bytes(), out.data);
+    return out;
+}
+
 } // namespace
 
 std::expected<std::unique_ptr<SocketCanLink>, Error> SocketCanLink::open(const SocketCanOptions& options,
@@ -119,6 +128,14 @@ std::expected<void, Error> SocketCanLink::settle(const SocketCanOptions& options
     return {};
 }
 
+std::size_t SocketCanLink::spell(const wire::Frame& frame, std::span<std::uint8_t, longest_spelling> into) const
+{
+    const can_frame out = to_can_frame(frame);
+    static_assert(sizeof out <= longest_spelling);
+    std::memcpy(into.data(), &out, sizeof out);
+    return sizeof out;
+}
+
 std::expected<std::size_t, Error> SocketCanLink::write(std::span<const wire::Frame> frames)
 {
     if (!fd_)
@@ -134,10 +151,7 @@ std::expected<std::size_t, Error> SocketCanLink::write(std::span<const wire::Fra
         std::array<mmsghdr, batch> messages{};
         const std::size_t count = std::min(batch, frames.size() - taken);
         for (std::size_t i = 0; i < count; ++i) {
-            const wire::Frame& frame = frames[taken + i];
-            out[i].can_id = frame.can_id;
-            out[i].len = frame.size;
-            std::ranges::copy(frame.bytes(), out[i].data);
+            out[i] = to_can_frame(frames[taken + i]);
             places[i] = {.iov_base = &out[i], .iov_len = sizeof out[i]};
             messages[i].msg_hdr.msg_iov = &places[i];
             messages[i].msg_hdr.msg_iovlen = 1;

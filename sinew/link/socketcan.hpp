@@ -57,6 +57,8 @@ public:
     /// `unsupported`, with the commands that set it, unless it is the rate there is.
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override;
 
+    std::size_t spell(const wire::Frame& frame, std::span<std::uint8_t, longest_spelling> into) const override;
+
     Counters counters() const; ///< asks the kernel for `lost`
     const std::string& interface() const { return interface_; }
 

@@ -1,0 +1,330 @@
+#include "sinew/robot/guardian.hpp"
+
+#include "sinew/family/sam/messages.hpp"
+#include "sinew/link/links.hpp"
+
+#include <csignal>
+#include <cstdlib>
+#include <fcntl.h>
+#include <functional>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <stdexcept>
+#include <sys/wait.h>
+#include <termios.h>
+#include <thread>
+#include <unistd.h>
+
+namespace sinew::robot {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int patience_ms = 20'000; // for a machine that has other work
+
+/// A serial line: the wire is the master, what programs open is behind `link`.
+struct Wire {
+    link::Fd master;
+    std::string uri;
+
+    Wire()
+    {
+        int ends[2];
+        char name[64];
+        EXPECT_EQ(::openpty(&ends[0], &ends[1], name, nullptr, nullptr), 0);
+        termios raw{};
+        ::tcgetattr(ends[1], &raw);
+        ::cfmakeraw(&raw);
+        ::tcsetattr(ends[1], TCSANOW, &raw);
+        ::close(ends[1]);
+        master = link::Fd(ends[0]);
+        uri = std::string("serial:") + name + "?baud=115200";
+    }
+
+    /// Before anybody has opened a line it reads as one that everybody has left.
+    link::Fd keep_open() const { return link::Fd(::open(::ptsname(master.get()), O_RDWR | O_NOCTTY | O_CLOEXEC)); }
+
+    /// So many bytes, or fewer where the line ends or nothing more comes.
+    std::vector<std::uint8_t> read(std::size_t count, int wait_ms = patience_ms) const
+    {
+        std::vector<std::uint8_t> out;
+        pollfd ready{.fd = master.get(), .events = POLLIN, .revents = 0};
+        while (out.size() < count && ::poll(&ready, 1, wait_ms) > 0) {
+            std::array<std::uint8_t, 256> some{};
+            const auto got = ::read(master.get(), some.data(), std::min(some.size(), count - out.size()));
+            if (got <= 0)
+                break; // nobody has it open any more
+            out.insert(out.end(), some.begin(), some.begin() + got);
+        }
+        return out;
+    }
+    /// All that comes before everybody has closed the line.
+    std::vector<std::uint8_t> read_to_end() const { return read(100'000); }
+};
+
+wire::Request stop_of(int id)
+{
+    return *wire::make_request(id, sam::SpecialControl{.mode = sam::Mode::passive});
+}
+
+std::vector<std::uint8_t> times(int count, std::span<const wire::Request> requests)
+{
+    std::vector<std::uint8_t> out;
+    for (int i = 0; i < count; ++i)
+        for (const auto& request : requests)
+            out.insert(out.end(), request.frame.bytes().begin(), request.frame.bytes().end());
+    return out;
+}
+
+/// A program with a guardian over one line, as a process of its own; `life` is what it does.
+class Program
+{
+public:
+    struct Inside {
+        Guardian& guardian;
+        link::AnyLink& link;
+    };
+
+    Program(const Wire& wire, std::span<const wire::Request> stop, const std::function<void(Inside)>& life,
+            Guardian::Settings settings = {})
+    {
+        int ends[2];
+        EXPECT_EQ(::pipe2(ends, O_CLOEXEC), 0);
+        pid_ = ::fork();
+        if (pid_ == 0)
+            live(wire, stop, life, settings, ends[1]);
+        ::close(ends[1]);
+        char told = '?';
+        EXPECT_EQ(::read(ends[0], &told, 1), 1);
+        EXPECT_EQ(told, '+') << "it could not start";
+        ::close(ends[0]);
+    }
+    ~Program() { end(SIGKILL); }
+
+    int pid() const { return pid_; }
+    void end(int signal)
+    {
+        if (pid_ <= 0)
+            return;
+        ::kill(pid_, signal);
+        wait();
+    }
+    int wait()
+    {
+        int status = 0;
+        ::waitpid(pid_, &status, 0);
+        pid_ = -1;
+        return status;
+    }
+
+private:
+    [[noreturn]] static void live(const Wire& wire, std::span<const wire::Request> stop,
+                                  const std::function<void(Inside)>& life, Guardian::Settings settings, int told)
+    {
+        {
+            auto guardian = Guardian::start(settings);
+            link::RealClock clock;
+            auto link = link::Links::system().open(wire.uri, clock);
+            const bool good = guardian && link && guardian->watch(0, wire.uri, *link, stop);
+            if (::write(told, good ? "+" : "-", 1) != 1 || !good)
+                ::_exit(1);
+            life({*guardian, *link});
+        }
+        ::_exit(0);
+    }
+
+    int pid_ = -1;
+};
+
+void forever(Program::Inside)
+{
+    for (;;)
+        ::pause();
+}
+
+struct WayOut {
+    const char* name;
+    std::function<void(Program::Inside)> life;
+    int signal = 0;
+};
+
+class GuardianWays : public testing::TestWithParam<WayOut>
+{
+};
+
+TEST_P(GuardianWays, EveryWayOutThatNobodyAskedForStopsTheMotorsThreeTimes)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1), stop_of(7)};
+    Program program(wire, stop, GetParam().life);
+    if (GetParam().signal != 0)
+        program.end(GetParam().signal);
+    EXPECT_EQ(wire.read_to_end(), times(3, stop));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GuardianWays,
+                         testing::Values(WayOut{"Sigkill", forever, SIGKILL}, WayOut{"Sigint", forever, SIGINT},
+                                         WayOut{"Sigterm", forever, SIGTERM}, WayOut{"Sighup", forever, SIGHUP},
+                                         WayOut{"Segmentation", forever, SIGSEGV},
+                                         WayOut{"Abort", [](Program::Inside) { std::abort(); }},
+                                         WayOut{"Exit", [](Program::Inside) { ::_exit(0); }},
+                                         WayOut{"AnException",
+                                                [](Program::Inside inside) {
+                                                    try {
+                                                        Guardian inner = std::move(inside.guardian);
+                                                        throw std::runtime_error("out of here");
+                                                    } catch (const std::runtime_error&) {
+                                                    }
+                                                }},
+                                         WayOut{"WithAChildThatHasItsDescriptors",
+                                                [](Program::Inside) {
+                                                    if (::fork() == 0)
+                                                        ::_exit(::system("exec sleep 0") == 0 ? 0 : 1);
+                                                    ::_exit(0);
+                                                }}),
+                         [](const auto& way) { return way.param.name; });
+
+TEST(GuardianTest, ANormalEndLeavesTheJointsAsTheyWereAsked)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside) {});
+    EXPECT_EQ(program.wait(), 0);
+    EXPECT_TRUE(wire.read_to_end().empty());
+}
+
+TEST(GuardianTest, TheFramesOfTheLastUpdateAreSent)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside inside) {
+        for (int id = 2; id <= 9; ++id) {
+            const std::array other{stop_of(id)};
+            inside.guardian.update(0, inside.link, other);
+        }
+        ::_exit(0);
+    });
+    const std::array last{stop_of(9)};
+    EXPECT_EQ(wire.read_to_end(), times(3, last));
+}
+
+TEST(GuardianTest, ALinkThatWasForgottenIsClosedAndGetsNothing)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside inside) {
+        inside.guardian.forget(0);
+        ::_exit(0);
+    });
+    EXPECT_TRUE(wire.read_to_end().empty());
+}
+
+TEST(GuardianTest, AProgramThatBeatsNoMoreIsStoppedAlthoughItLives)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop,
+                    [](Program::Inside inside) {
+                        inside.guardian.beat();
+                        forever(inside);
+                    },
+                    {.patience = 50ms});
+    const auto all = times(3, stop);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AProgramThatNeverBeatIsLeftAlone)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, forever, {.patience = 20ms});
+    EXPECT_TRUE(wire.read(1, 300).empty());
+}
+
+TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside inside) {
+        for (;;) {
+            if (inside.guardian.stop_asked())
+                inside.guardian.stop_done();
+            ::usleep(100);
+        }
+    });
+    const auto guarded = guarded_programs();
+    const auto found = std::ranges::find(guarded, program.pid(), &Guarded::pid);
+    ASSERT_NE(found, guarded.end());
+    EXPECT_EQ(found->links, std::vector{wire.uri});
+    const auto said = stop_program(program.pid());
+    ASSERT_TRUE(said);
+    EXPECT_EQ(*said, "the program with process id " + std::to_string(program.pid()) + " stopped its motors");
+    EXPECT_TRUE(wire.read(1, 100).empty());
+}
+
+TEST(GuardianTest, AProgramThatDoesNotObeyIsStoppedByItsGuardian)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, forever);
+    const auto said = stop_program(program.pid());
+    ASSERT_TRUE(said);
+    EXPECT_EQ(*said,
+              "the guardian of the program with process id " + std::to_string(program.pid()) + " stopped its motors");
+    const auto all = times(3, stop);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
+{
+    const Wire stuck, wire;
+    const std::array stop{stop_of(1)};
+    const auto keeper = wire.keep_open();
+    Program program(stuck, stop, [&](Program::Inside inside) {
+        const int fd = std::get<std::unique_ptr<link::ByteLink>>(inside.link)->handle();
+        while (::write(fd, "stuffed", 7) > 0)
+            ;
+        link::RealClock clock;
+        const auto other = link::Links::system().open(wire.uri, clock);
+        if (other && inside.guardian.watch(1, wire.uri, *other, stop))
+            ::_exit(0);
+    });
+    const auto all = times(3, stop);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AGuardianThatWasKilledIsMissed)
+{
+    auto guardian = Guardian::start();
+    ASSERT_TRUE(guardian);
+    EXPECT_TRUE(guardian->is_alive());
+    ::kill(guardian->process_id(), SIGKILL);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
+    while (guardian->is_alive() && std::chrono::steady_clock::now() < until)
+        ::usleep(1000);
+    EXPECT_FALSE(guardian->is_alive());
+}
+
+TEST(GuardianTest, AProgramWithThreadsIsRefusedWithASentence)
+{
+    std::atomic<bool> end = false;
+    std::thread other([&] { end.wait(false); });
+    const auto guardian = Guardian::start();
+    ASSERT_FALSE(guardian);
+    EXPECT_EQ(guardian.error().code, Errc::unsupported);
+    EXPECT_NE(to_sentence(guardian.error()).find("before the program has threads"), std::string::npos);
+    end = true;
+    end.notify_all();
+    other.join();
+}
+
+TEST(GuardianTest, NobodyIsFoundWhereNobodyIsWatched)
+{
+    const auto said = stop_program(1);
+    ASSERT_FALSE(said);
+    EXPECT_EQ(said.error().code, Errc::link_not_found);
+}
+
+} // namespace
+} // namespace sinew::robot
