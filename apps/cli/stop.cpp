@@ -2,8 +2,13 @@
 #include "apps/cli/forecast.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/present.hpp"
+#include "sinew/link/uri.hpp"
+#include "sinew/robot/guardian.hpp"
 
+#include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
+#include <map>
 
 namespace sinew::cli {
 namespace {
@@ -62,6 +67,38 @@ std::expected<std::string, Error> stop_line(Session& session, const Device& ever
         return std::unexpected(sent.error());
     return is_sam ? "told to brake (not acknowledged)" : "told to release (not acknowledged)";
 }
+
+/// Whether two links lead to the same port, whatever they say of it.
+bool is_same_port(const std::string& one, const std::string& other)
+{
+    const auto a = link::parse_uri(one), b = link::parse_uri(other);
+    std::error_code none;
+    return a && b && (a->target == b->target || std::filesystem::equivalent(a->target, b->target, none));
+}
+
+/// A program with a guardian holds its ports, and would go on commanding: it is told first.
+class Programs
+{
+public:
+    Programs() : all_(robot::guarded_programs()) {}
+
+    /// What became of the program that holds this link; nothing where none does.
+    std::optional<std::expected<std::string, Error>> stop_holder(const std::string& link)
+    {
+        for (const auto& program : all_) {
+            if (std::ranges::none_of(program.links, [&](const auto& held) { return is_same_port(held, link); }))
+                continue;
+            if (!told_.contains(program.pid))
+                told_.emplace(program.pid, robot::stop_program(program.pid));
+            return told_.at(program.pid);
+        }
+        return std::nullopt;
+    }
+
+private:
+    std::vector<robot::Guarded> all_;
+    std::map<int, std::expected<std::string, Error>> told_;
+};
 
 /// A link without an id: whoever is there.
 std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words& words)
@@ -122,8 +159,13 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
         return std::unexpected(all.error());
     }
     std::vector<Done> done;
+    Programs programs;
     for (auto& device : devices) {
         auto name = device.name;
+        if (auto stopped = programs.stop_holder(device.link)) {
+            done.push_back({std::move(name), std::move(*stopped)});
+            continue;
+        }
         done.push_back({std::move(name), stop_one(session, std::move(device), words.has("--hold"))});
     }
     return done;
@@ -167,7 +209,9 @@ Verb stop_verb()
                          {"sinew stop serial:/dev/ttyUSB0 --family nuri --id 3",
                           "one device; without --id all on that link"}},
             .run = run,
-            .more = "A joint that carries a load falls when it is released: --hold keeps it up."};
+            .more =
+                "A joint that carries a load falls when it is released: --hold keeps it up. A program that holds the "
+                "port and has a guardian is told to stop, and does what its robot file says under [safety]."};
 }
 
 } // namespace sinew::cli

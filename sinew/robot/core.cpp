@@ -54,6 +54,7 @@ std::expected<std::unique_ptr<bus::Bus>, Error> Core::open_bus(const config::Bus
                                                     family.can ? "CAN" : "serial lines", uri));
     auto made = std::make_unique<bus::Bus>(bus.name, std::move(*opened), *clock, *family.protocol, options.settings);
     made->set_reopen(links.reopener(uri, *clock));
+    uris_.push_back(std::move(uri));
     return made;
 }
 
@@ -63,6 +64,7 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
     auto core = std::make_unique<Core>();
     core->file = std::move(file);
     core->clock = &clock;
+    core->guardian_ = options.guardian;
     core->incidents.reserve(256);
     auto resolved = resolve(core->file);
     if (!resolved)
@@ -137,6 +139,7 @@ std::expected<void, Error> Core::read_only()
 /// After an exchange of a line: whether there is a reason to stop.
 std::expected<void, Error> Core::look_at(Line& line)
 {
+    tell_the_guardian(line);
     if (line.is_lost()) {
         Error why = line.bus().link_trouble() != nullptr ? *line.bus().link_trouble() : Error{.code = Errc::link_lost};
         if (why.detail.empty())
@@ -155,6 +158,8 @@ std::expected<void, Error> Core::cycle()
 {
     if (stop_asked_.load() && enabled)
         return stop_for({.code = Errc::stopped});
+    if (auto fine = heed_the_guardian(); !fine)
+        return fine;
     if (!enabled)
         return read_only();
     const TimePoint now = clock->now();
@@ -184,6 +189,8 @@ std::expected<void, Error> Core::run(Duration period, const std::function<void()
                          : fail(Errc::unsupported, "the robot is not enabled");
         if (stop_asked_.load())
             return stop_for({.code = Errc::stopped});
+        if (auto fine = heed_the_guardian(); !fine)
+            return fine;
         if (now >= until)
             break;
         if (now >= next) {

@@ -3,6 +3,8 @@
 #include "sinew/robot/robot.hpp"
 
 #include <atomic>
+#include <optional>
+#include <string>
 
 namespace sinew::robot {
 
@@ -10,6 +12,7 @@ namespace sinew::robot {
 class Core
 {
 public:
+    ~Core();
     static std::expected<std::unique_ptr<Core>, Error> make(config::RobotFile file, const link::Links& links,
                                                             link::Clock& clock, const OpenOptions& options);
 
@@ -49,8 +52,17 @@ private:
     void send_stop();
     void verify(std::vector<Stopped>& outcomes);
     bool ask_again(std::vector<Stopped>& outcomes, bool command);
+    // guarding.cpp
+    std::expected<void, Error> hand_over(std::size_t line);
+    std::expected<void, Error> hand_over();
+    std::expected<void, Error> heed_the_guardian();
+    void tell_the_guardian(const Line& line);
+    void tell_the_guardian_of_a_stop();
 
     std::atomic<bool> stop_asked_{false};
+    Guardian* guardian_ = nullptr;
+    std::vector<std::string> uris_;                   ///< of the lines
+    std::vector<std::optional<std::uint64_t>> known_; ///< losses of each line when its guardian got the descriptor
 };
 
 } // namespace sinew::robot

@@ -189,6 +189,8 @@ std::expected<void, Error> Core::enable()
         if (!joint.raw_.position_rad)
             return fail(Errc::bad_reply,
                         fmt::format("{} does not tell where it is, so it cannot be held to its limits", joint.name()));
+    if (auto watched = hand_over(); !watched)
+        return watched;
     if (auto done = switch_all_on(); !done)
         return done;
     if (auto done = read(Depth::motion); !done)

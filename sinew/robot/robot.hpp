@@ -15,11 +15,15 @@
 namespace sinew::robot {
 
 class Core;
+class Guardian;
 
 struct OpenOptions {
     std::map<std::string, std::string> links; ///< by bus, in place of those of the file
     bool simulated = false;                   ///< every other bus is `sim:FILE#BUS`; the links must know that scheme
     bus::Settings settings{};
+    /// Stops the motors when the program dies; started before the links were opened, and it must outlive the robot. A
+    /// guardian that was killed stops the robot. `enable` fails where it cannot reach a link.
+    Guardian* guardian = nullptr;
 };
 
 /// What a stop did to one joint.

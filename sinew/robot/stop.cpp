@@ -105,6 +105,7 @@ std::vector<Stopped> Core::stop(std::string why)
     if (!fault && was_enabled && !why.empty())
         incidents.push_back({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
     send_stop();
+    tell_the_guardian_of_a_stop();
     stop_asked_.store(false);
     verify(outcomes);
     for (Joint& joint : joints)

@@ -1,0 +1,81 @@
+#include "sinew/robot/core.hpp"
+#include "sinew/robot/guardian.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+/// What a robot tells its guardian, and what it hears from it.
+namespace sinew::robot {
+
+/// Devices that hold their last target must not be left to a process that no longer has a robot.
+Core::~Core()
+{
+    if (guardian_ != nullptr)
+        for (std::size_t i = 0; i < lines.size(); ++i)
+            guardian_->forget(i);
+}
+
+std::expected<void, Error> Core::hand_over(std::size_t line)
+{
+    auto& bus = lines[line]->bus();
+    lines[line]->prepare_stop();
+    auto watched = guardian_->watch(line, uris_[line], bus.link(), lines[line]->stop_requests());
+    if (watched)
+        known_[line] = bus.losses();
+    return watched;
+}
+
+std::expected<void, Error> Core::hand_over()
+{
+    if (guardian_ == nullptr)
+        return {};
+    known_.resize(lines.size());
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        if (auto watched = hand_over(i); !watched)
+            return watched;
+    return {};
+}
+
+/// Before anything goes out.
+std::expected<void, Error> Core::heed_the_guardian()
+{
+    if (guardian_ == nullptr)
+        return {};
+    guardian_->beat();
+    if (guardian_->stop_asked()) {
+        Error why{.code = Errc::stopped, .detail = "stopped from another program, such as sinew stop"};
+        if (enabled)
+            return stop_for(std::move(why));
+        send_stop();
+        tell_the_guardian_of_a_stop();
+    }
+    if (enabled && !guardian_->is_alive())
+        return stop_for({.code = Errc::stopped,
+                         .detail = "the guardian of this program was killed; nothing would stop the motors if the "
+                                   "program died"});
+    return {};
+}
+
+void Core::tell_the_guardian(const Line& line)
+{
+    if (guardian_ == nullptr)
+        return;
+    const auto at = static_cast<std::size_t>(
+        std::ranges::find(lines, &line, [](const auto& one) { return one.get(); }) - lines.begin());
+    if (at >= known_.size() || !known_[at])
+        return;
+    if (lines[at]->is_lost()) {
+        guardian_->forget(at);
+        known_[at].reset();
+    } else {
+        guardian_->update(at, lines[at]->bus().link(), line.stop_requests());
+    }
+}
+
+void Core::tell_the_guardian_of_a_stop()
+{
+    if (guardian_ != nullptr && guardian_->stop_asked())
+        guardian_->stop_done();
+}
+
+} // namespace sinew::robot
