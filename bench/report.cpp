@@ -90,6 +90,16 @@ void print(const LatenessResult& l)
     fmt::print("  ratio {:.2f} of the medians, answer / timer; floor {:.2f}, timer / timer\n", l.ratio(), l.floor());
 }
 
+void print(const RecordResult& r)
+{
+    fmt::print("\nrecording: 16 joints at 1 kHz for {:g} min, {} messages, {} lost\n", r.simulated_min, r.messages,
+               r.dropped);
+    fmt::print("  {:.3f} CPU s for a minute of data ({:.3f} to push, {:.3f} to format and write): {:.2f} % of a core\n",
+               r.push_s_per_min + r.write_s_per_min, r.push_s_per_min, r.write_s_per_min, 100.0 * r.share);
+    fmt::print("  {:.0f} ns a push, with {:g} requests to the heap in all; {:.1f} MB a minute\n", r.push_ns,
+               r.allocations, 1e-6 * r.bytes_per_min);
+}
+
 bool write_json(const std::string& path, const Report& report)
 {
     std::FILE* file = std::fopen(path.c_str(), "w");
@@ -106,6 +116,15 @@ bool write_json(const std::string& path, const Report& report)
                    "{}, {}, \"ratio\": {:.3f}, \"floor\": {:.3f}}}",
                    l.actuators, l.answers, l.missing, l.held_up, json("answer", l.answer), json("timer", l.timer),
                    json("timer_again", l.timer_again), l.ratio(), l.floor());
+    }
+    if (report.recording) {
+        const RecordResult& r = *report.recording;
+        fmt::print(file,
+                   ",\n  \"recording\": {{\"simulated_min\": {}, \"push_s_per_min\": {:.4f}, \"write_s_per_min\": "
+                   "{:.4f}, \"share\": {:.5f}, \"push_ns\": {:.1f}, \"bytes_per_min\": {:.0f}, \"messages\": {}, "
+                   "\"dropped\": {}, \"allocations\": {}}}",
+                   r.simulated_min, r.push_s_per_min, r.write_s_per_min, r.share, r.push_ns, r.bytes_per_min,
+                   r.messages, r.dropped, r.allocations);
     }
     fmt::print(file, "\n}}\n");
     return std::fclose(file) == 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include "bench/codec_bench.hpp"
 #include "bench/lateness_bench.hpp"
+#include "bench/record_bench.hpp"
 #include "bench/sim_bench.hpp"
 
 #include <optional>
@@ -14,12 +15,14 @@ struct Report {
     std::vector<Result> codecs;
     std::optional<SimResult> simulator;
     std::optional<LatenessResult> lateness;
+    std::optional<RecordResult> recording;
 };
 
 /// Tables for people, on stdout.
 void print(const std::vector<Result>& codecs);
 void print(const SimResult& simulator);
 void print(const LatenessResult& lateness);
+void print(const RecordResult& recording);
 
 /// False when the file cannot be written.
 bool write_json(const std::string& path, const Report& report);

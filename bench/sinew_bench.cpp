@@ -7,9 +7,11 @@
 namespace {
 
 constexpr std::size_t answers_in_real_time = 2000;
+constexpr double recorded_minutes = 10.0;
 
-constexpr std::string_view usage = "usage: sinew_bench [--json FILE] [--robot FILE] [--hour] [codec] [simulator]\n"
-                                   "Parts to measure; without any of them: all. Real time needs --robot.\n";
+constexpr std::string_view usage =
+    "usage: sinew_bench [--json FILE] [--robot FILE] [--hour] [codec] [simulator] [record]\n"
+    "Parts to measure; without any of them: all. Real time needs --robot.\n";
 
 struct Arguments {
     std::string json;
@@ -17,6 +19,7 @@ struct Arguments {
     bool hour = false;
     bool codec = false;
     bool simulator = false;
+    bool record = false;
     bool is_right = true;
 };
 
@@ -36,11 +39,13 @@ Arguments read(int argc, char** argv)
             out.codec = true;
         else if (word == "simulator")
             out.simulator = true;
+        else if (word == "record")
+            out.record = true;
         else
             out.is_right = false;
     }
-    if (!out.codec && !out.simulator && out.robot.empty())
-        out.codec = out.simulator = true;
+    if (!out.codec && !out.simulator && !out.record && out.robot.empty())
+        out.codec = out.simulator = out.record = true;
     return out;
 }
 
@@ -63,6 +68,15 @@ int main(int argc, char** argv)
     if (arguments.simulator) {
         report.simulator = measure_simulator(arguments.hour);
         print(*report.simulator);
+    }
+    if (arguments.record) {
+        auto recording = measure_recording(recorded_minutes);
+        if (!recording) {
+            fmt::print(stderr, "sinew_bench: {}\n", sinew::to_sentence(recording.error()));
+            return 2;
+        }
+        report.recording = *recording;
+        print(*report.recording);
     }
     if (!arguments.robot.empty()) {
         auto lateness = measure_lateness(arguments.robot, answers_in_real_time);

@@ -6,6 +6,7 @@
 #include "sinew/base/bytes.hpp"
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <fmt/format.h>
 #include <system_error>
 
@@ -184,6 +185,8 @@ int run_words(std::span<char* const> words)
 int run(int argc, char** argv)
 {
     const auto unwritten = [] { return complain("the output could not be written; is the disk full?", exit_internal); };
+    // A file that reaches its limit is an error like a full disk, and no death.
+    (void)std::signal(SIGXFSZ, SIG_IGN);
     try {
         const int code = run_words(std::span(argv + 1, argc > 0 ? static_cast<std::size_t>(argc - 1) : 0));
         return std::fflush(stdout) == 0 && std::ferror(stdout) == 0 ? code : unwritten();

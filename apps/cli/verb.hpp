@@ -89,6 +89,7 @@ Verb watch_verb();
 Verb plan_verb();
 Verb bus_verb();
 Verb sniff_verb();
+Verb recover_verb();
 Verb send_verb();
 Verb decode_verb();
 Verb messages_verb();

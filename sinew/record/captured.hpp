@@ -71,9 +71,13 @@ class Writer
 {
 public:
     virtual ~Writer() = default;
-    /// Appends to `out` what the file needs for this one. `bad_argument` and nothing appended where the format cannot
-    /// hold it.
+    /// Appends to `out` what the file needs for this one, unless the format holds it back until `flush`.
+    /// `bad_argument` and nothing appended where the format cannot hold it.
     virtual std::expected<void, Error> add(const Captured& captured, std::string& out) = 0;
+    /// Appends what was held back.
+    virtual void flush(std::string&) {}
+    /// The same, and what ends a file; nothing is added after it.
+    virtual void finish(std::string&) {}
 };
 
 } // namespace sinew::record

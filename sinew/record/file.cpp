@@ -1,6 +1,7 @@
 #include "sinew/record/file.hpp"
 
 #include "sinew/record/candump.hpp"
+#include "sinew/record/mcap_frames.hpp"
 #include "sinew/record/pcapng.hpp"
 
 #include <algorithm>
@@ -14,6 +15,7 @@ namespace sinew::record {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> pcapng_start{0x0A, 0x0D, 0x0D, 0x0A};
+constexpr std::array<std::uint8_t, 4> mcap_start{0x89, 'M', 'C', 'A'};
 constexpr std::size_t chunk = 64 * 1024;
 
 } // namespace
@@ -43,8 +45,13 @@ void FileReader::fill()
             in.readsome(buffer.data() + size, static_cast<std::streamsize>(buffer.size() - size)));
     const auto bytes = std::span(reinterpret_cast<const std::uint8_t*>(buffer.data()), size);
     if (!reader_) {
-        if (size >= pcapng_start.size() && std::ranges::equal(bytes.first(pcapng_start.size()), pcapng_start))
+        const auto begins_with = [&](std::span<const std::uint8_t> start) {
+            return size >= start.size() && std::ranges::equal(bytes.first(start.size()), start);
+        };
+        if (begins_with(pcapng_start))
             reader_ = std::make_unique<PcapngReader>();
+        else if (begins_with(mcap_start))
+            reader_ = std::make_unique<McapFrameReader>();
         else
             reader_ = std::make_unique<CandumpReader>();
     }
@@ -73,29 +80,57 @@ std::expected<FileWriter, Error> FileWriter::create(const std::filesystem::path&
         writer = std::make_unique<CandumpWriter>();
     else if (path.extension() == ".pcapng")
         writer = std::make_unique<PcapngWriter>();
+    else if (path.extension() == ".mcap")
+        writer = std::make_unique<McapFrameWriter>();
     else
-        return fail(Errc::bad_argument,
-                    fmt::format("'{}' must end with .log (candump, CAN only) or .pcapng (Wireshark)", path.string()));
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+        return fail(
+            Errc::bad_argument,
+            fmt::format("'{}' must end with .mcap, .pcapng (Wireshark) or .log (candump, CAN only)", path.string()));
+    auto file = WholeFile::create(path);
     if (!file)
-        return fail(Errc::bad_argument, fmt::format("{} cannot be written: {}", path.string(), std::strerror(errno)));
-    return FileWriter(path, std::move(writer), std::move(file));
+        return std::unexpected(file.error());
+    return FileWriter(std::move(writer), std::move(*file));
+}
+
+FileWriter::~FileWriter()
+{
+    if (writer_)
+        (void)finish();
 }
 
 std::expected<void, Error> FileWriter::add(const Captured& captured)
 {
+    if (!writer_)
+        return fail(Errc::bad_argument, fmt::format("{} takes nothing more", path().string()));
     if (auto added = writer_->add(captured, pending_); !added)
         return added;
-    return pending_.size() >= chunk ? flush() : std::expected<void, Error>{};
+    return pending_.size() >= chunk ? write() : std::expected<void, Error>{};
+}
+
+std::expected<void, Error> FileWriter::write()
+{
+    auto written = file_.append(pending_);
+    pending_.clear();
+    if (!written)
+        writer_.reset(); // what would follow stands at the wrong place
+    return written;
 }
 
 std::expected<void, Error> FileWriter::flush()
 {
-    file_.write(pending_.data(), static_cast<std::streamsize>(pending_.size()));
-    pending_.clear();
-    if (!file_.flush())
-        return fail(Errc::bad_argument, fmt::format("{} cannot be written; is the disk full?", path_.string()));
-    return {};
+    if (writer_)
+        writer_->flush(pending_);
+    return write();
+}
+
+std::expected<void, Error> FileWriter::finish()
+{
+    if (!writer_)
+        return {};
+    writer_->finish(pending_);
+    auto written = write();
+    writer_.reset();
+    return written;
 }
 
 } // namespace sinew::record

@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/record/captured.hpp"
+#include "sinew/record/whole_file.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -31,27 +32,30 @@ private:
 };
 
 /// A recording that is written as it happens: what was added is in the file after `flush`, whatever becomes of the
-/// program.
+/// program. Where a disk is full the file ends with the last frame that is whole.
 class FileWriter
 {
 public:
-    /// The ending tells the format: `.log` is candump's, `.pcapng` is pcapng; a file that is there is written over.
-    /// `bad_argument` for other endings and where it cannot be written.
+    /// The ending tells the format: `.log` is candump's, `.pcapng` is pcapng, `.mcap` is MCAP; a file that is there is
+    /// written over. `bad_argument` for other endings and where it cannot be written.
     static std::expected<FileWriter, Error> create(const std::filesystem::path& path);
+    /// Finishes; what then goes wrong is not told.
+    ~FileWriter();
+    FileWriter(FileWriter&&) noexcept = default;
+    FileWriter& operator=(FileWriter&&) = delete;
 
     std::expected<void, Error> add(const Captured& captured);
     std::expected<void, Error> flush();
-    const std::filesystem::path& path() const { return path_; }
+    /// Nothing is added after it.
+    std::expected<void, Error> finish();
+    const std::filesystem::path& path() const { return file_.path(); }
 
 private:
-    FileWriter(std::filesystem::path path, std::unique_ptr<Writer> writer, std::ofstream file)
-        : path_(std::move(path)), writer_(std::move(writer)), file_(std::move(file))
-    {
-    }
+    FileWriter(std::unique_ptr<Writer> writer, WholeFile file) : writer_(std::move(writer)), file_(std::move(file)) {}
+    std::expected<void, Error> write();
 
-    std::filesystem::path path_;
-    std::unique_ptr<Writer> writer_;
-    std::ofstream file_;
+    std::unique_ptr<Writer> writer_; // nullptr: finished, broken or moved from
+    WholeFile file_;
     std::string pending_;
 };
 

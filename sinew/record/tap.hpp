@@ -14,6 +14,8 @@ inline Captured captured_from(const bus::Tapped& tapped, std::string_view bus, s
                  .family = std::string(family),
                  .direction = tapped.direction,
                  .kind = can ? Captured::Kind::can : Captured::Kind::bytes};
+    if (tapped.verdict != bus::Verdict::sent && tapped.verdict != bus::Verdict::taken)
+        out.discarded = bus::to_word(tapped.verdict);
     if (can) {
         out.frame.can_id = tapped.can_id;
         out.frame.size = static_cast<std::uint8_t>(std::min<std::size_t>(tapped.bytes.size(), 8));

@@ -5,6 +5,7 @@ Run from the top of the tree: python3 tests/fuzz/make_corpus.py
 """
 import json
 import struct
+import zlib
 from pathlib import Path
 
 DATA = Path("tests/conformance/data")
@@ -46,8 +47,36 @@ def recordings() -> None:
     write("pcapng", "cut", b"\xff" + file[:-9])
 
 
+def mcap() -> None:
+    def text(value: bytes) -> bytes:
+        return struct.pack("<I", len(value)) + value
+
+    def record(opcode: int, content: bytes) -> bytes:
+        return struct.pack("<BQ", opcode, len(content)) + content
+
+    def message(channel: int, data: bytes) -> bytes:
+        return record(5, struct.pack("<HIQQ", channel, 1, 5, 5) + data)
+
+    magic = b"\x89MCAP0\r\n"
+    bus = text(text(b"bus") + text(b"legs"))
+    channel = record(4, struct.pack("<HH", 0, 1) + text(b"/bus/legs") + text(b"json") + bus)
+    frames = (message(0, b'{"direction":"reply","verdict":"late","can_id":321,"bytes":"9A 00"}')
+              + message(0, b'{"bytes":"FF E0 C2 01 00 00 23"}') + message(0, b'{"kind":"can_remote","can_id":5,"size":8,"bytes":""}'))
+    chunk = record(6, struct.pack("<QQQI", 5, 5, len(frames), zlib.crc32(frames)) + text(b"") + struct.pack("<Q", len(frames)) + frames)
+    attachment = struct.pack("<QQ", 1, 1) + text(b"robot.toml") + text(b"application/toml") + struct.pack("<Q", 3) + b"a=1"
+    start = magic + record(1, text(b"") + text(b"sinew")) + record(3, struct.pack("<H", 1) + text(b"sinew.Frame") + text(b"jsonschema") + text(b"{}"))
+    data = (start + channel + record(9, attachment + struct.pack("<I", zlib.crc32(attachment))) + chunk
+            + record(12, text(b"sinew") + text(text(b"time") + text(b"utc"))))
+    file = data + record(15, bytes(4)) + record(2, bytes(20)) + magic
+    for piece in (0, 255):
+        write("mcap", f"file-{piece}", bytes([piece]) + file)
+    write("mcap", "cut", b"\xff" + data[:-60])
+    write("mcap", "unchunked", b"\xff" + start + channel + frames)
+
+
 def main() -> None:
     recordings()
+    mcap()
     vectors = [v for name in ("vectors", "derived") for v in json.loads((DATA / f"{name}.json").read_text())]
     streams: dict[str, list[bytes]] = {"sam": [], "nuri": []}
     for v in vectors:
