@@ -178,6 +178,25 @@ const toml::table* Reader::section(const toml::table& table, std::string_view ke
     return nullptr;
 }
 
+std::vector<const toml::table*> Reader::tables(const toml::table& table, std::string_view key)
+{
+    std::vector<const toml::table*> all;
+    const Entry entry = find(table, key);
+    if (!entry.node)
+        return all;
+    const toml::array* list = entry.node->as_array();
+    if (list == nullptr) {
+        fail(mark_of(entry.node->source()), fmt::format("{} must be a list, not {}.", key, kind_of(*entry.node)));
+        return all;
+    }
+    for (const auto& one : *list) {
+        if (!one.is_table())
+            fail(mark_of(one.source()), fmt::format("{} must be tables in braces, not {}.", key, kind_of(one)));
+        all.push_back(one.as_table());
+    }
+    return failed() ? std::vector<const toml::table*>{} : all;
+}
+
 std::optional<Marked<double>> Reader::angle(const toml::table& table, std::string_view radians,
                                             std::string_view degrees)
 {

@@ -49,6 +49,8 @@ public:
     /// A number that must be above 0.
     std::optional<double> positive(const toml::table& table, std::string_view key);
     const toml::table* section(const toml::table& table, std::string_view key);
+    /// The elements of a list, each of them a table.
+    std::vector<const toml::table*> tables(const toml::table& table, std::string_view key);
 
     /// A quantity in SI as `key` + "_rad…" or in degrees as `key` + "_deg…"; fails when both are given.
     std::optional<Marked<double>> angle(const toml::table& table, std::string_view radians, std::string_view degrees);

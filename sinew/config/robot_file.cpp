@@ -1,6 +1,7 @@
 #include "sinew/config/robot_file.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/config/motion_reader.hpp"
 #include "sinew/config/reader.hpp"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace sinew::config {
 namespace {
 
-constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "safety", "sim"};
+constexpr std::string_view file_keys[] = {"version", "name", "bus", "joint", "pose", "sequence", "safety", "sim"};
 constexpr std::string_view bus_keys[] = {"family", "link", "bit_rate", "rate_hz", "realtime", "sim"};
 constexpr std::string_view realtime_keys[] = {"lock_memory", "priority", "processor"};
 constexpr std::string_view safety_keys[] = {"policy",        "on_fault",     "command_timeout_s", "temperature_max_c",
@@ -40,6 +41,10 @@ constexpr std::string_view joint_keys[] = {"bus",
                                            "temperature_max_c",
                                            "stop_time_s",
                                            "home",
+                                           "acceleration_max_rad_s2",
+                                           "acceleration_max_deg_s2",
+                                           "jerk_max_rad_s3",
+                                           "jerk_max_deg_s3",
                                            "profile_options",
                                            "runtime",
                                            "sim",
@@ -175,6 +180,8 @@ void read_limits(Reader& reader, const toml::table& table, Joint& joint)
     joint.step_max_rad = positive_angle(reader, table, "step_max_rad", "step_max_deg");
     joint.temperature_max_c = reader.positive(table, "temperature_max_c");
     joint.stop_time_s = reader.positive(table, "stop_time_s");
+    joint.acceleration_max_rad_s2 = positive_angle(reader, table, "acceleration_max_rad_s2", "acceleration_max_deg_s2");
+    joint.jerk_max_rad_s3 = positive_angle(reader, table, "jerk_max_rad_s3", "jerk_max_deg_s3");
 }
 
 Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mark at)
@@ -236,6 +243,18 @@ const Joint* RobotFile::find_joint(std::string_view joint) const
     return at == joints.end() ? nullptr : &*at;
 }
 
+const Pose* RobotFile::find_pose(std::string_view pose) const
+{
+    const auto at = std::ranges::find(poses, pose, &Pose::name);
+    return at == poses.end() ? nullptr : &*at;
+}
+
+const Sequence* RobotFile::find_sequence(std::string_view sequence) const
+{
+    const auto at = std::ranges::find(sequences, sequence, &Sequence::name);
+    return at == sequences.end() ? nullptr : &*at;
+}
+
 std::unexpected<Error> fail_at(const RobotFile& file, Mark at, std::string what)
 {
     return fail_at(std::string_view(file.path), at, std::move(what));
@@ -257,6 +276,7 @@ std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::str
     file.buses = read_named<Bus>(reader, document, "bus", read_bus);
     file.joints = read_named<Joint>(reader, document, "joint", read_joint);
     file.safety = read_safety(reader, reader.section(document, "safety"));
+    read_motion(reader, document, file);
     if (const toml::table* sim = reader.section(document, "sim")) {
         file.sim = reader.settings(sim, "fault");
         file.faults = reader.sections(*sim, "fault");

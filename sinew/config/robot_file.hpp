@@ -1,5 +1,7 @@
 #pragma once
 #include "sinew/base/error.hpp"
+#include "sinew/config/mark.hpp"
+#include "sinew/config/motion.hpp"
 
 #include <cstdint>
 #include <expected>
@@ -13,18 +15,6 @@
 /// The robot file as plain values that remember where they stood. It knows no family: `families.hpp` checks models,
 /// profiles, ids and options.
 namespace sinew::config {
-
-/// Place of a value in its file, both counted from 1.
-struct Mark {
-    std::uint32_t line = 0;
-    std::uint32_t column = 0;
-};
-
-template <class T>
-struct Marked {
-    T value{};
-    Mark at{};
-};
 
 /// A key that only a family or the simulator understands: a number, a word or a switch.
 struct Setting {
@@ -92,6 +82,7 @@ struct Joint {
     std::optional<double> position_min_rad, position_max_rad, velocity_max_rad_s;
     std::optional<double> current_max_a, torque_max_nm, step_max_rad, temperature_max_c, stop_time_s;
     Home home;
+    std::optional<double> acceleration_max_rad_s2, jerk_max_rad_s3; ///< of poses, sequences and synchronised moves
     std::vector<Setting> options; ///< `[joint.NAME.profile_options]`: named options of the profile
     std::vector<Setting> runtime; ///< `[joint.NAME.runtime]`: what its device is set to after every power-on
     std::vector<Setting> sim;     ///< `[joint.NAME.sim]`: options of the simulated device
@@ -104,11 +95,15 @@ struct RobotFile {
     std::vector<Bus> buses;
     std::vector<Joint> joints;
     Safety safety;
+    std::vector<Pose> poses;
+    std::vector<Sequence> sequences;
     std::vector<Setting> sim;    ///< `[sim]`: options of the simulated world
     std::vector<Section> faults; ///< `[[sim.fault]]`: what goes wrong in it
 
     const Bus* find_bus(std::string_view bus) const;
     const Joint* find_joint(std::string_view joint) const;
+    const Pose* find_pose(std::string_view pose) const;
+    const Sequence* find_sequence(std::string_view sequence) const;
 };
 
 /// `bad_file` with "FILE:LINE:COLUMN: what is wrong and what would be right". Unknown keys are errors and suggest the

@@ -4,6 +4,13 @@
 
 namespace sinew::robot {
 
+MotionLimits slowed(const MotionLimits& limits, double speed)
+{
+    return {.velocity_rad_s = limits.velocity_rad_s * speed,
+            .acceleration_rad_s2 = limits.acceleration_rad_s2 * speed * speed,
+            .jerk_rad_s3 = limits.jerk_rad_s3 * speed * speed * speed};
+}
+
 Ramp::Ramp(double from_rad_s, double to_rad_s, const MotionLimits& limits) : from_(from_rad_s), to_(to_rad_s)
 {
     const double change = std::abs(to_ - from_);

@@ -17,6 +17,9 @@ struct MotionLimits {
     double jerk_rad_s3 = std::numeric_limits<double>::infinity();
 };
 
+/// The limits of the same motion at a share of its speed, above 0 up to 1: it takes as many times as long.
+MotionLimits slowed(const MotionLimits& limits, double speed);
+
 /// The shortest change from one velocity to another that begins and ends without acceleration: jerk up, constant
 /// acceleration (none where the change is small), jerk down. A plain value; times in seconds.
 class Ramp

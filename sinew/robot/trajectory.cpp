@@ -185,12 +185,9 @@ std::expected<Trajectory, Error> Trajectory::lasting(Duration duration) const
         out.set_peak(peak_lasting(wanted_s), wanted_s, limits_);
         return out;
     }
-    // From rest the whole motion is slowed down: each limit with its power of the time.
-    const double slower = std::max(1.0, wanted_s / soonest_s_);
-    out.set_peak(soonest_peak() / slower, wanted_s,
-                 {.velocity_rad_s = limits_.velocity_rad_s / slower,
-                  .acceleration_rad_s2 = limits_.acceleration_rad_s2 / (slower * slower),
-                  .jerk_rad_s3 = limits_.jerk_rad_s3 / (slower * slower * slower)});
+    // From rest the whole motion is slowed down.
+    const double speed = std::min(1.0, soonest_s_ / wanted_s);
+    out.set_peak(soonest_peak() * speed, wanted_s, slowed(limits_, speed));
     return out;
 }
 

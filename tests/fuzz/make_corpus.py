@@ -118,6 +118,14 @@ def main() -> None:
         b'version = 1\nname = "arm"\n[bus.left]\nfamily = "sam"\nlink = "serial:/dev/ttyUSB0"\n'
         b'[joint.elbow]\nbus = "left"\nid = 1\nmodel = "SAM-20"\n'
     ))
+    write("robot_file", "motion.toml", (
+        b'version = 1\n[bus.left]\nfamily = "sam"\n[joint.a]\nbus = "left"\nid = 1\nmodel = "SAM-20"\n'
+        b'position_max_deg = 90\nvelocity_max_deg_s = 60\nacceleration_max_rad_s2 = 4\njerk_max_deg_s3 = 1e4\n'
+        b'[pose.up]\na_deg = 30\n[sequence.s]\nsteps = [{pose = "up", duration_s = 1}, {wait_s = 0.1},\n'
+        b'{repeat = 2, steps = [{move = {a_rad = 0.1}, speed = 0.5}]}, {call = "t", repeat = "forever"}]\n'
+        b'[sequence.t]\nsteps = [{move = {a_deg = 1}, until = {joint = "a", current_above_a = 1, within_s = 1,'
+        b' on_timeout = "continue"}},\n{until = {joint = "a", speed_below_deg_s = 2, within_s = 1}}]\n'
+    ))
 
 
 if __name__ == "__main__":
