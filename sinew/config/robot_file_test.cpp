@@ -111,8 +111,7 @@ TEST(RobotFile, AnUnknownKeyIsReportedWithLineAndColumnAndTheNearestOne)
               "r.toml:2:1: a robot file has no key 'nmae', did you mean name?");
     EXPECT_EQ(complaint("version = 1\n[bus.left]\nfamily = \"sam\"\nbitrate = 9600\n"),
               "r.toml:4:1: bus left has no key 'bitrate', did you mean bit_rate?");
-    EXPECT_EQ(complaint(with_joint("temperature_warning = 1\n")),
-              "r.toml:7:1: joint elbow has no key 'temperature_warning'.");
+    EXPECT_EQ(complaint(with_joint("backlash_rad = 1\n")), "r.toml:7:1: joint elbow has no key 'backlash_rad'.");
 }
 
 TEST(RobotFile, TheFirstOfTwoUnknownKeysInTheFileIsReported)
