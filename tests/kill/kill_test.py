@@ -17,6 +17,12 @@ WAYS = SIGNALS + ["SIGSTOP", "guardian", "unplugged", "sinew stop"]
 OFF = {"passive", "off"}
 
 
+def as_from_a_terminal():
+    """A shell starts what it runs in the background with these ignored."""
+    for name in SIGNALS[1:]:
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
+
+
 def looks():
     """Joint → (mode, degrees) as the simulated devices are."""
     rows = [line.split() for line in sinew("sim", "look").stdout.splitlines()[1:]]
@@ -42,7 +48,8 @@ class Kill(unittest.TestCase):
     def start(self, policy):
         links = [f"{name}={link}" for name, link in self.sim.link.items()]
         program = subprocess.Popen([RESTLESS, self.robots[policy], *links], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, env=environment())
+                                   stderr=subprocess.PIPE, text=True, env=environment(),
+                                   preexec_fn=as_from_a_terminal)
         words = program.stdout.readline().split()
         if words[:1] != ["moving"]:
             program.kill()
@@ -94,7 +101,7 @@ class Kill(unittest.TestCase):
             end = time.monotonic() + PATIENCE / 10
             while (still := self.all_at_rest(policy, but)) and time.monotonic() < end:
                 pass
-            self.assertIsNone(still)
+            self.assertIsNone(still, still and sinew("sim", "look").stdout)
         finally:
             program.kill()
             program.wait()
