@@ -188,7 +188,9 @@ Verb scan_verb()
         .options = {{"--family", "F", "look for this family only"},
                     {"--baud", "RATE", "look at this bit rate only"},
                     {"--ids", "A-B", "look at these ids only"},
-                    {"--all", "", "go on after the first bit rate at which somebody answers"},
+                    {"--all", "",
+                     "go on after the first bit rate at which somebody answers, and give everybody the time that "
+                     "the manual allows"},
                     json_option},
         .examples = {{"sinew scan serial:/dev/ttyUSB0", "likely places first"},
                      {"sinew scan serial:/dev/ttyUSB0 --family nuri --baud 9600 --ids 0-20",

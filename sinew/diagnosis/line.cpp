@@ -117,6 +117,7 @@ bool Line::send_filler(std::uint8_t byte)
     if (!sent || *sent == 0)
         return false;
     audience_.hear(frame, bit_rate());
+    filled_until_ = std::max(clock_.now(), filled_until_) + bus::frame_time({.bit_rate = bit_rate()}, frame.size);
     return true;
 }
 
@@ -138,8 +139,10 @@ std::expected<Look, Error> Line::look(const wire::Request& request, const Family
     asked.response_time = {};
     bus::Result result;
     bus::Bus* const one = bus.get();
+    // What went out before the question is still on the wire, and no sign of a slow line.
+    const Duration behind = std::max(filled_until_ - clock_.now(), Duration{});
     bus->start({&asked, 1}, {&result, 1});
-    const TimePoint silent_until = clock_.now() + time_of_look(asked, family, bit_rate(), wait);
+    const TimePoint silent_until = clock_.now() + behind + time_of_look(asked, family, bit_rate(), wait);
     const bool done = bus::drive({&one, 1}, silent_until);
     if (!done && !out.heard.empty())
         bus::drive({&one, 1});
@@ -147,7 +150,7 @@ std::expected<Look, Error> Line::look(const wire::Request& request, const Family
         audience_.hear(asked.frame, bit_rate());
     if (const auto reply = result.reply()) {
         out.reply = *reply;
-        out.round_trip = result.at - result.sent_at;
+        out.round_trip = result.at - result.sent_at - behind;
         out.excess = out.round_trip - bus::predict({can(), bit_rate()}, asked).wire() - request.response_time;
     } else if (result.stage == bus::Result::Stage::done) {
         out.error = result.error;

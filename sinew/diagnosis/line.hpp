@@ -63,6 +63,7 @@ private:
     std::unique_ptr<Shared> shared_;
     link::Clock& clock_;
     Audience audience_;
+    TimePoint filled_until_{}; ///< the bytes that went out before a question have left by then
 };
 
 /// How long a look without an answer takes: the request, the wait, and the byte that it is for.

@@ -158,6 +158,7 @@ Duration expected_time(std::span<const Pass> passes)
 std::expected<void, Error> Scanner::sweep(std::span<const Pass> passes, bool all, const Stopped& stopped, const At& at,
                                           std::vector<Found>& found)
 {
+    hurries_ = !all;
     std::vector<Pass> due(passes.begin(), passes.end());
     while (!due.empty() && !stopped()) {
         const Pass pass = due.front();
@@ -216,7 +217,7 @@ std::expected<void, Error> Scanner::run_can(const Pass& pass, std::vector<Found>
 /// How long an answer may take to begin, from what the line has shown.
 Duration Scanner::wait_for(const Family& family) const
 {
-    if (measured_ < answers_to_know_a_line)
+    if (!hurries_ || measured_ < answers_to_know_a_line)
         return unhurried(family);
     return family.response_time.typical + std::clamp(2 * slowest_, known_excess, usual_excess);
 }

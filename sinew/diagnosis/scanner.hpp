@@ -56,8 +56,9 @@ public:
     explicit Scanner(Line& line) : line_(line) {}
 
     /// All passes in turn. When somebody answered, that rate is finished with the family that did, and then it ends,
-    /// unless `all`. Adds to `found`, sorted by family, rate and id. Ends early, with what it has, when `stopped` says
-    /// so.
+    /// unless `all`. Once answers have shown how fast the line is, the other ids are given no more time than those
+    /// took, and one that is much slower may be talked over; with `all` everybody has the time that the manual allows.
+    /// Adds to `found`, sorted by family, rate and id. Ends early, with what it has, when `stopped` says so.
     std::expected<void, Error> sweep(std::span<const Pass> passes, bool all, const Stopped& stopped, const At& at,
                                      std::vector<Found>& found);
     /// One pass. A rate that the link cannot have is passed over.
@@ -83,6 +84,7 @@ private:
     Duration wait_for(const Family& family) const;
 
     Line& line_;
+    bool hurries_ = true;
     std::size_t left_out_ = 0;
     int measured_ = 0;
     Duration slowest_{}; ///< the most that link and adapter added to an answer
