@@ -71,11 +71,12 @@ std::expected<wire::Requests, Error> plan_group(std::span<const GroupMember> mem
         if (auto run = member.driver->add_run(out); !run)
             return std::unexpected(std::move(run.error()));
     const Spec& first = members.front().driver->spec();
-    const auto frame =
+    auto frame =
         wire::make_request(-1, MultiMotorTorque{.iq_1 = raw[0], .iq_2 = raw[1], .iq_3 = raw[2], .iq_4 = raw[3]},
                            first.profile.options(), response_time);
     if (!frame)
         return std::unexpected(frame.error());
+    frame->replies = static_cast<std::uint8_t>(members.size());
     out.add(*frame);
     return out;
 }

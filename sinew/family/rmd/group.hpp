@@ -15,9 +15,10 @@ struct GroupMember {
 /// of the bus with such an id obeys the frame, so the group must hold all of them: one that is left out is driven with
 /// no current, whatever it was doing.
 ///
-/// Each motor answers, and `Driver::absorb` takes its own answer out of the four. An error with the reason, and nothing
-/// planned, where a command is not of these modes or beyond the frame, where a firmware line does not have the message,
-/// or where the scale of the frame is not documented: it is printed for motors of 32 A at full scale only (R11).
+/// Each motor answers, so that the exchange is over when as many have answered as the group has members, and
+/// `Driver::absorb` takes its own answer out of the four. An error with the reason, and nothing planned, where a
+/// command is not of these modes or beyond the frame, where a firmware line does not have the message, or where the
+/// scale of the frame is not documented: it is printed for motors of 32 A at full scale only (R11).
 std::expected<wire::Requests, Error> plan_group(std::span<const GroupMember> members);
 
 } // namespace sinew::rmd
