@@ -24,9 +24,20 @@ link::LinkState state_of(const link::AnyLink& link)
 
 Bus::Bus(std::string name, link::AnyLink link, link::Clock& clock, const wire::Protocol& protocol, Settings settings)
     : name_(std::move(name)), link_(std::move(link)), clock_(clock), protocol_(protocol),
+      bare_(protocol.bare_replies()),
       conversation_(protocol, {.can = is_can(link_), .bit_rate = state_of(link_).bit_rate}, settings),
       stop_event_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))
 {
+    choose_kind();
+}
+
+void Bus::choose_kind()
+{
+    const auto* bytes = std::get_if<std::unique_ptr<link::ByteLink>>(&link_);
+    const auto* can = std::get_if<std::unique_ptr<link::CanLink>>(&link_);
+    bytes_ = bytes != nullptr ? bytes->get() : nullptr;
+    can_ = can != nullptr ? can->get() : nullptr;
+    usual_handles_ = {link::Handle{bytes_ != nullptr ? bytes_->handle() : can_->handle()}, link::Handle{stop_event_}};
 }
 
 Bus::~Bus()
@@ -43,12 +54,12 @@ void Bus::set_device(int id, Device device)
     listed_[slot_of(id)] = nullptr;
 }
 
-bool Bus::is_listed(int id, const wire::MessageInfo& message) const
+bool Bus::look_up(int id, const wire::MessageInfo& message) const
 {
-    const wire::MessageInfo*& listed = listed_[slot_of(id)];
-    if (listed != &message && device(id).line->has(message))
-        listed = &message;
-    return listed == &message;
+    const bool has = device(id).line->has(message);
+    if (has)
+        listed_[slot_of(id)] = &message;
+    return has;
 }
 
 link::LinkState Bus::link_state() const
@@ -115,96 +126,113 @@ void Bus::start(std::span<const wire::Request> requests, std::span<Result> resul
         conversation_.abandon({.code = Errc::stopped}, clock_.now());
     look_ = protocol_.bare_replies();
     conversation_.begin(requests, results);
-    ended_by_loss_ = std::exchange(untold_, false);
+    ended_by_loss_ = std::exchange(trouble_.untold, false);
     if (ended_by_loss_)
         conversation_.abandon(lost_error_, clock_.now());
 }
 
 std::span<const link::Handle> Bus::handles()
 {
-    const int fd = std::visit([](const auto& l) { return l->handle(); }, link_);
-    handles_ = {link::Handle{fd, blocked_}, link::Handle{stop_event_, false}};
+    const int fd = bytes_ != nullptr ? bytes_->handle() : can_->handle();
+    handles_ = {link::Handle{fd, trouble_.blocked}, link::Handle{stop_event_, false}};
     return handles_;
 }
 
 void Bus::end_with(const Error& error)
 {
     written_ = 0;
-    blocked_ = false;
+    trouble_.blocked = false;
     // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
     if (!link_state().open) {
-        lost_ = true;
+        trouble_.lost = true;
         lost_error_ = error;
         ++losses_;
         next_try_ = clock_.now();
         ended_by_loss_ = conversation_.busy();
-        untold_ = !ended_by_loss_;
+        trouble_.untold = !ended_by_loss_;
         stop_begun_ = false; // it goes out when the link is back
     }
     conversation_.abandon(error, clock_.now());
-    if (lost_)
+    if (trouble_.lost)
         for (Bus* other : stopped_with_)
             other->request_stop();
 }
 
 void Bus::read_link()
 {
-    if (auto* bytes = std::get_if<std::unique_ptr<link::ByteLink>>(&link_)) {
-        std::array<std::uint8_t, 256> buffer;
-        for (;;) {
-            const auto got = (*bytes)->read(buffer);
-            if (!got)
-                return end_with(got.error());
-            conversation_.received(std::span(buffer).first(got->count), got->at);
-            if (!got->more && got->count < buffer.size())
-                return;
+    if (can_ != nullptr) {
+        while (take_frames(can_->read(inbox_), inbox_)) {
         }
+        return;
     }
-    std::array<wire::Frame, 64> frames;
-    for (;;) {
-        const auto got = std::get<std::unique_ptr<link::CanLink>>(link_)->read(frames);
-        if (!got)
-            return end_with(got.error());
-        for (const auto& frame : std::span(frames).first(got->count))
-            conversation_.received(frame, got->at);
-        if (!got->more && got->count < frames.size())
-            return;
+    std::array<std::uint8_t, read_size> buffer;
+    while (take(bytes_->read(buffer), buffer)) {
     }
 }
 
-std::expected<std::size_t, Error> Bus::write_bytes(link::ByteLink& link, const wire::Frame& frame)
+/// What one read brought. Whether to read again.
+bool Bus::take(const std::expected<link::Arrival, Error>& got, std::span<const std::uint8_t> buffer)
 {
-    const auto wrote = link.write(frame.bytes().subspan(written_));
-    if (!wrote)
-        return wrote;
-    if (written_ + *wrote == frame.size) {
-        written_ = 0;
-        return 1U;
+    if (!got) {
+        end_with(got.error());
+        return false;
     }
-    if (written_ == 0 && *wrote > 0)
+    conversation_.received(buffer.first(got->count), got->at);
+    return got->more || got->count == buffer.size();
+}
+
+bool Bus::take_frames(const std::expected<link::Arrival, Error>& got, std::span<const wire::Frame> frames)
+{
+    if (!got) {
+        end_with(got.error());
+        return false;
+    }
+    // What is not over yet keeps its answers where these may stand.
+    for (const wire::Frame& frame : frames.first(got->count))
+        conversation_.received(wire::Frame{frame}, got->at);
+    return got->more || got->count == frames.size();
+}
+
+/// How many whole frames that makes, when the link took `count` bytes of `frame`.
+std::size_t Bus::take_note(const wire::Frame& frame, std::size_t count)
+{
+    if (written_ + count == frame.size) {
+        written_ = 0;
+        return 1;
+    }
+    if (written_ == 0 && count > 0)
         part_ = frame;
-    written_ += *wrote;
-    return 0U;
+    written_ += count;
+    return 0;
 }
 
 /// Hands over what fits. False: not one frame did.
 bool Bus::write(std::span<const wire::Frame> frames, TimePoint& now)
 {
-    auto* bytes = std::get_if<std::unique_ptr<link::ByteLink>>(&link_);
-    const auto wrote = bytes != nullptr ? write_bytes(**bytes, frames.front())
-                                        : std::get<std::unique_ptr<link::CanLink>>(link_)->write(frames);
+    return note_written(hand_over(frames), frames.front(), now);
+}
+
+/// What the link took of them: bytes of the first one, or frames.
+std::expected<std::size_t, Error> Bus::hand_over(std::span<const wire::Frame> frames)
+{
+    return bytes_ != nullptr ? bytes_->write(frames.front().bytes().subspan(written_)) : can_->write(frames);
+}
+
+bool Bus::note_written(const std::expected<std::size_t, Error>& wrote, const wire::Frame& first, TimePoint& now)
+{
     if (!wrote) {
         end_with(wrote.error());
         return true;
     }
     now = clock_.now();
-    if (*wrote > 0) {
-        blocked_ = false;
-        conversation_.transmitted(*wrote, now);
+    const std::size_t count = bytes_ != nullptr ? take_note(first, *wrote) : *wrote;
+    if (count > 0) {
+        trouble_.blocked = false;
+        conversation_.transmitted(count, now);
         return true;
     }
-    if (!blocked_) {
-        blocked_ = true;
+    if (!trouble_.blocked) {
+        trouble_.blocked = true;
         write_deadline_ = now + write_patience;
     }
     if (now < write_deadline_)
@@ -215,7 +243,7 @@ bool Bus::write(std::span<const wire::Frame> frames, TimePoint& now)
 
 bool Bus::work()
 {
-    if (lost_)
+    if (trouble_.lost)
         try_to_reopen();
     else if (look_)
         read_link();
@@ -224,9 +252,9 @@ bool Bus::work()
         return true;
     TimePoint now = clock_.now();
     for (;;) {
-        if (stop_.load(std::memory_order_relaxed) && written_ == 0 && !lost_) [[unlikely]]
+        if (stop_.load(std::memory_order_relaxed) && written_ == 0 && !trouble_.lost) [[unlikely]]
             obey_stop();
-        if (lost_) [[unlikely]] {
+        if (trouble_.lost) [[unlikely]] {
             ended_by_loss_ = ended_by_loss_ || conversation_.busy();
             conversation_.abandon(lost_error_, now);
         }
@@ -246,19 +274,22 @@ bool Bus::work()
 
 std::expected<void, Error> Bus::exchange(std::span<const wire::Request> requests, std::span<Result> results)
 {
-    start(requests, results);
-    while (!work())
-        clock_.wait(handles(), deadline_);
+    const bool is_plain = requests.size() == 1 && requests[0].answered && requests[0].message->reply.exists() &&
+                          !requests[0].message->request.layout->can_fixed;
+    if (is_plain)
+        one(requests[0], results[0]);
+    else
+        run(requests, results);
     if (ended_by_loss_)
         return std::unexpected(lost_error_);
     return {};
 }
 
-std::expected<wire::Frame, Error> Bus::one(const wire::Request& request)
+void Bus::run(std::span<const wire::Request> requests, std::span<Result> results)
 {
-    Result result;
-    (void)exchange({&request, 1}, {&result, 1});
-    return result.reply();
+    start(requests, results);
+    while (!work())
+        clock_.wait(handles(), deadline_);
 }
 
 bool drive(std::span<Bus* const> buses, TimePoint until)

@@ -6,6 +6,7 @@
 #include "sinew/wire/codec.hpp"
 
 #include <atomic>
+#include <bit>
 #include <functional>
 #include <memory>
 #include <span>
@@ -106,7 +107,7 @@ public:
 
     std::uint64_t losses() const { return losses_; } ///< how often the link was lost
     /// Why there is no link; nullptr while it is open.
-    const Error* link_trouble() const { return lost_ ? &lost_error_ : nullptr; }
+    const Error* link_trouble() const { return trouble_.lost ? &lost_error_ : nullptr; }
 
     /// Shows every frame with its time and what became of it.
     void set_tap(std::function<void(const Tapped&)> tap) { conversation_.set_tap(std::move(tap)); }
@@ -125,37 +126,73 @@ public:
     bool work();
     TimePoint deadline() const { return deadline_; }
     /// A stop was asked for and `work` has not seen it yet.
-    bool has_news() const { return stop_.load(std::memory_order_relaxed) && !stop_begun_ && !lost_; }
+    bool has_news() const { return stop_.load(std::memory_order_relaxed) && !stop_begun_ && !trouble_.lost; }
     /// What a wait has to look at: the link, and the stop.
     std::span<const link::Handle> handles();
 
 private:
+    static constexpr std::size_t read_size = 256;
+
     static std::size_t slot_of(int id) { return id >= 0 && id < 256 ? static_cast<std::size_t>(id) : 256; }
-    bool is_listed(int id, const wire::MessageInfo& message) const;
+    bool is_listed(int id, const wire::MessageInfo& message) const
+    {
+        return listed_[slot_of(id)] == &message || look_up(id, message);
+    }
+    bool look_up(int id, const wire::MessageInfo& message) const;
     void read_link();
+    bool take(const std::expected<link::Arrival, Error>& got, std::span<const std::uint8_t> buffer);
+    bool take_frames(const std::expected<link::Arrival, Error>& got, std::span<const wire::Frame> frames);
     bool write(std::span<const wire::Frame> frames, TimePoint& now);
-    std::expected<std::size_t, Error> write_bytes(link::ByteLink& link, const wire::Frame& frame);
+    template <class M>
+    std::expected<wire::ReplyOf<M>, Error> refuse(int id, const M& message) const;
+    template <class M>
+    static std::expected<wire::ReplyOf<M>, Error> failed(const Result& result);
+    std::expected<std::size_t, Error> hand_over(std::span<const wire::Frame> frames);
+    std::size_t take_note(const wire::Frame& frame, std::size_t count);
+    bool note_written(const std::expected<std::size_t, Error>& wrote, const wire::Frame& first, TimePoint& now);
     void obey_stop();
     void end_with(const Error& error);
     void try_to_reopen();
     std::expected<void, Error> adopt(link::AnyLink link);
-    std::expected<wire::Frame, Error> one(const wire::Request& request);
+    void run(std::span<const wire::Request> requests, std::span<Result> results);
+    void one(const wire::Request& request, Result& result);
+    void one_in_bytes(const wire::Request& request, Result& result);
+    void one_in_frames(const wire::Request& request, Result& result);
+    bool is_silent();
+    void half_written(const wire::Request& request, Result& result, const std::expected<std::size_t, Error>& wrote,
+                      TimePoint before);
+    void go_on();
+    void choose_kind();
 
     std::string name_;
     link::AnyLink link_;
+    link::ByteLink* bytes_ = nullptr; // one of the two is `link_`
+    link::CanLink* can_ = nullptr;
     link::Clock& clock_;
     const wire::Protocol& protocol_;
+    const bool bare_; // replies
     Conversation conversation_;
     std::array<Device, 257> devices_{};
     mutable std::array<const wire::MessageInfo*, 257> listed_{}; // found in the device's line when last looked for
 
+    struct Trouble {
+        bool lost = false;    // the link
+        bool untold = false;  // a loss that has ended no exchange yet
+        bool blocked = false; // the link takes no more
+        bool unused = false;
+        bool any() const { return std::bit_cast<std::uint32_t>(*this) != 0; }
+    };
+    Trouble trouble_{};
+
     bool look_ = true;        // there may be something to read
     wire::Frame part_{};      // a frame of which a part is still to be written
     std::size_t written_ = 0; // of it
-    bool blocked_ = false;    // the link takes no more
     TimePoint write_deadline_{};
     TimePoint deadline_{};
     std::array<link::Handle, 2> handles_{};
+    std::array<link::Handle, 2> usual_handles_{}; // while the link takes frames
+    Result single_{};                             // of `call` and `send`
+    std::array<wire::Frame, 64> inbox_{};         // of a CAN link
 
     std::atomic<bool> stop_{false};
     bool stop_begun_ = false;
@@ -164,9 +201,7 @@ private:
     std::vector<Result> stop_results_;
     std::vector<Bus*> stopped_with_;
 
-    bool lost_ = false;
     bool ended_by_loss_ = false; // the latest exchange
-    bool untold_ = false;        // a loss that has ended no exchange yet
     Error lost_error_{};
     link::Reopen reopen_;
     Duration reopen_period_{};
@@ -191,16 +226,34 @@ std::expected<wire::Request, Error> Bus::request(int id, const M& message) const
 template <class M>
 std::expected<wire::ReplyOf<M>, Error> Bus::call(int id, const M& message)
 {
-    const auto asked = request(id, message);
-    if (!asked)
-        return std::unexpected(asked.error());
-    const auto frame = one(*asked);
-    if (!frame)
-        return std::unexpected(frame.error());
-    auto reply = wire::decode_reply<M>(*frame, asked->options);
-    if (!reply)
-        return std::unexpected(std::move(reply.error()));
-    return reply->message;
+    constexpr auto asks = wire::Direction::request;
+    const Device& to = device(id);
+    wire::Request asked = wire::detail::blank_request<M>(id, to.options, to.response_time);
+    const bool is_good =
+        (to.line == nullptr || is_listed(id, wire::info_of<M>)) &&
+        wire::detail::encode<M, asks>(asked.frame, id, message, to.options, wire::detail::parts<M, asks>);
+    if (!is_good) [[unlikely]]
+        return refuse(id, message);
+    constexpr bool by_one = wire::info_of<M>.reply.exists() && !wire::info_of<M>.request.layout->can_fixed;
+    constexpr bool by_all = wire::row<M>.info.broadcast; // perhaps; then nobody answers
+    const bool has_answer = by_one && (!by_all || asked.answered);
+    has_answer ? one(asked, single_) : run({&asked, 1}, {&single_, 1});
+    if (!single_.good) [[unlikely]]
+        return failed<M>(single_);
+    static constexpr wire::Frame nothing{};
+    return wire::decode_answer<M>(has_answer || asked.answered ? single_.replies[0] : nothing, to.options);
+}
+
+template <class M>
+[[gnu::cold, gnu::noinline]] std::expected<wire::ReplyOf<M>, Error> Bus::refuse(int id, const M& message) const
+{
+    return std::unexpected(request(id, message).error());
+}
+
+template <class M>
+[[gnu::cold, gnu::noinline]] std::expected<wire::ReplyOf<M>, Error> Bus::failed(const Result& result)
+{
+    return std::unexpected(result.error);
 }
 
 template <class M>
@@ -210,9 +263,9 @@ std::expected<void, Error> Bus::send(int id, const M& message)
     if (!asked)
         return std::unexpected(asked.error());
     asked->answered = false;
-    const auto frame = one(*asked);
-    if (!frame)
-        return std::unexpected(frame.error());
+    run({&*asked, 1}, {&single_, 1});
+    if (!single_.good)
+        return std::unexpected(single_.error);
     return {};
 }
 

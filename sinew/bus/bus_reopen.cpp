@@ -24,7 +24,7 @@ void Bus::try_to_reopen()
         back = std::unexpected(std::move(opened.error()));
     if (!back)
         lost_error_.detail = name_ + " is lost and not back yet: " + to_sentence(back.error());
-    lost_ = !back;
+    trouble_.lost = !back;
     next_try_ = clock_.now() + reopen_period_;
 }
 
@@ -39,6 +39,7 @@ std::expected<void, Error> Bus::adopt(link::AnyLink opened)
             return std::unexpected(set.error());
     }
     link_ = std::move(opened);
+    choose_kind();
     conversation_.set_bit_rate(link_state().bit_rate);
     conversation_.distrust(clock_.now());
     return {};
@@ -48,18 +49,18 @@ TimePoint Bus::tend()
 {
     // The results of the latest exchange were its caller's and may be gone.
     conversation_.begin({}, {});
-    if (lost_)
+    if (trouble_.lost)
         try_to_reopen();
     else
         read_link();
-    return lost_ && reopen_ ? next_try_ : TimePoint::max();
+    return trouble_.lost && reopen_ ? next_try_ : TimePoint::max();
 }
 
 bool Bus::wait_for_link(TimePoint until)
 {
     for (;;) {
         const TimePoint again = std::min(tend(), until);
-        if (!lost_)
+        if (!trouble_.lost)
             return true;
         if (stop_.load() || clock_.now() >= until)
             return false;

@@ -1,4 +1,4 @@
-#include "sinew/bus/conversation.hpp"
+#include "sinew/bus/conversation_hot.hpp"
 
 #include <algorithm>
 
@@ -26,9 +26,10 @@ std::string_view to_word(Verdict verdict)
 }
 
 Conversation::Conversation(const wire::Protocol& protocol, Line line, Settings settings)
-    : protocol_(protocol), bare_(protocol.bare_replies()), line_(line), settings_(settings),
+    : protocol_(protocol), bare_(protocol.bare_replies()), line_(line), times_(line), settings_(settings),
       margin_(settings.margin_at_first)
 {
+    unusual_.double_read = settings.double_read;
 }
 
 void Conversation::begin(std::span<const wire::Request> requests, std::span<Result> results)
@@ -46,6 +47,21 @@ void Conversation::begin(std::span<const wire::Request> requests, std::span<Resu
     open_ = waiting_count_ = results.size();
 }
 
+void Conversation::adopt(const wire::Request& request, Result& result)
+{
+    requests_ = {&request, 1};
+    results_ = {&result, 1};
+    current_ = 0;
+    open_ = 1;
+    waiting_count_ = 0;
+    if (!line_.can)
+        return;
+    outstanding_.set(request.frame.can_id % outstanding_.size());
+    sent_count_ = 1;
+    on_wire_ = times_.predict(request).wire();
+    first_expiry_ = result.deadline;
+}
+
 void Conversation::end(const wire::Request& request, Result& result, const Error& error)
 {
     result.stage = Result::Stage::done;
@@ -58,30 +74,30 @@ void Conversation::begin_stop(std::span<const wire::Request> requests, std::span
 {
     stop_requests_ = requests;
     stop_results_ = results;
-    stop_due_ = true;
+    unusual_.stop_due = true;
 }
 
 /// The frame boundary has come.
 void Conversation::cut_in(TimePoint now)
 {
-    stop_due_ = false;
+    unusual_.stop_due = false;
     abandon(Error{.code = Errc::stopped}, now);
     begin(stop_requests_, stop_results_);
-    urgent_ = !stop_requests_.empty();
+    unusual_.urgent = !stop_requests_.empty();
 }
 
 void Conversation::abandon(const Error& error, TimePoint now)
 {
-    for (std::size_t i = 0; stop_due_ && i < stop_results_.size(); ++i) {
+    for (std::size_t i = 0; unusual_.stop_due && i < stop_results_.size(); ++i) {
         stop_results_[i].reset();
         end(stop_requests_[i], stop_results_[i], error);
     }
-    stop_due_ = false;
+    unusual_.stop_due = false;
     if (line_.can && sent_count_ > 0)
         clear_at_ = std::max(clear_at_, now) + on_wire_;
-    if (probing_ && probe_result_.stage == Result::Stage::sent)
+    if (unusual_.probing && probe_result_.stage == Result::Stage::sent)
         quarantine(now);
-    probing_ = unproven_ = urgent_ = false;
+    unusual_.probing = unusual_.unproven = unusual_.urgent = false;
     for (std::size_t i = 0; i < results_.size(); ++i)
         if (results_[i].stage != Result::Stage::done)
             abandon(requests_[i], results_[i], error, now);
@@ -122,61 +138,29 @@ Conversation::Next Conversation::next(TimePoint now)
         requests_ = {};
         results_ = {};
         current_ = 0;
-        urgent_ = false;
+        unusual_.urgent = false;
     }
     return next;
 }
 
-void Conversation::sent(const wire::Request& request, Result& result, TimePoint due, TimePoint now)
+/// Of an answer that several devices give.
+bool Conversation::accept_from_one(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at)
 {
-    result.stage = Result::Stage::sent;
-    ++result.tries;
-    count(&Counters::requests, request.id);
-    result.due = due;
-    result.deadline = request.answered && !urgent_ ? due + margin_ : due;
-    tell(Verdict::sent, request.frame.bytes(), now, request.frame.can_id);
-}
-
-bool Conversation::accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at)
-{
-    if (result.stage != Result::Stage::sent || !request.answered ||
-        !protocol_.answers(request.frame, *request.message, frame, request.options))
-        return false;
-    const bool to_several = request.message->request.layout->can_fixed;
-    if (to_several)
-        for (std::size_t i = 0; i < result.reply_count; ++i)
-            if (result.replies[i].can_id == frame.can_id)
-                return false;
+    for (std::size_t i = 0; i < result.reply_count; ++i)
+        if (result.replies[i].can_id == frame.can_id)
+            return false;
     tell(Verdict::taken, frame.bytes(), at, frame.can_id);
     result.replies[result.reply_count++] = frame;
-    if (to_several && result.reply_count < reply_count(request))
-        return true;
-    if (!settings_.double_read || is_confirmed(request, result, at)) [[likely]]
+    if (result.reply_count >= reply_count(request))
         finish(request, result, at);
     return true;
 }
 
-void Conversation::finish(const wire::Request& request, Result& result, TimePoint at)
+/// Told to be silent, but the protocol has an answer: should it come, it is nobody's.
+void Conversation::finish_unanswered(const wire::Request& request, TimePoint at)
 {
-    result.stage = Result::Stage::done;
-    result.good = true;
-    result.at = at;
-    --open_;
-    if (!request.answered) {
-        // Told to be silent, but the protocol has an answer: should it come, it is nobody's.
-        if (!bare_ && request.message->reply.exists())
-            lateness_.owe(request, at + request.response_time + settings_.late_max);
-        return;
-    }
-    const Duration took = at - result.sent_at;
-    for (Counters* counters : {&total_, &per_id_[slot_of(request.id)]}) {
-        counters->replies += result.reply_count;
-        counters->add_round_trip(took);
-    }
-    if (!bare_)
-        result.possibly_older = lateness_.may_be_older(request, at, result.deadline + settings_.late_max);
-    if (!result.possibly_older)
-        learn(at - result.due);
+    if (!bare_ && request.message->reply.exists())
+        lateness_.owe(request, at + request.response_time + settings_.late_max);
 }
 
 void Conversation::time_out(const wire::Request& request, Result& result, TimePoint now)
@@ -212,13 +196,13 @@ void Conversation::give_up(const wire::Request& request, Result& result, Errc wh
     result.error =
         Error{.code = why, .message = request.message->name(), .id = request.id, .elapsed = now - result.sent_at};
     keep_seen(result.error, std::span(buffer_).first(buffered_));
-    if (!probing_)
+    if (!unusual_.probing)
         --open_;
 }
 
 bool Conversation::may_repeat(const wire::Request& request, const Result& result) const
 {
-    if (probing_ || urgent_)
+    if (unusual_.probing || unusual_.urgent)
         return false;
     const wire::Info& info = request.message->info;
     if (info.access == wire::Access::read)
@@ -236,16 +220,6 @@ void Conversation::discard(const wire::Frame& frame, TimePoint at)
     }
     total_.strays += line_.can ? 1 : frame.size;
     tell(Verdict::stray, frame.bytes(), at, frame.can_id);
-}
-
-/// The margin follows the slowest recent answer: twice what the link added, forgetting slowly.
-void Conversation::learn(Duration excess)
-{
-    excess_ = std::max(excess, excess_ - excess_ / 64);
-    if (measured_ < 8)
-        ++measured_;
-    else
-        margin_ = std::clamp(2 * excess_, settings_.margin_least, settings_.margin_most);
 }
 
 Duration Conversation::longest(std::span<const wire::Request> requests) const

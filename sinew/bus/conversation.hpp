@@ -8,6 +8,7 @@
 #include "sinew/wire/request.hpp"
 
 #include <array>
+#include <bit>
 #include <bitset>
 #include <functional>
 #include <span>
@@ -38,7 +39,13 @@ struct Result {
     {
         if (!good)
             return std::unexpected(error);
-        return reply_count > 0 ? replies[0] : wire::Frame{};
+        return answer();
+    }
+    /// The answer of a good one; an empty frame where none is due.
+    const wire::Frame& answer() const
+    {
+        static constexpr wire::Frame nothing{};
+        return reply_count > 0 ? replies[0] : nothing;
     }
     /// As new, but for what is not looked at before it is written.
     void reset()
@@ -80,7 +87,7 @@ public:
     /// its answer no longer than the wire needs, and none is retried. Both spans must live until it is done.
     void begin_stop(std::span<const wire::Request> requests, std::span<Result> results);
     /// Between `begin_stop` and the end of that exchange.
-    bool stopping() const { return stop_due_ || urgent_; }
+    bool stopping() const { return unusual_.stop_due || unusual_.urgent; }
 
     Next next(TimePoint now);
     /// So many of the frames that `next` gave out have been handed to the link at `now`.
@@ -90,12 +97,38 @@ public:
     /// The link was opened anew, or what came from it is doubtful for another reason: what has been heard is forgotten,
     /// a line of bare replies goes into quarantine, and elsewhere answers are marked as possibly older for `late_max`.
     void distrust(TimePoint now);
+    // ---- the same in fewer steps, for one request that one device is to answer; inline in conversation_hot.hpp ----
+
+    /// Nothing goes on and nothing is in doubt, so its frame may be handed over without `begin`.
+    bool is_calm() const { return (open_ | buffered_ | unusual_.all()) == 0; }
+    /// The counters of a device, for the two that follow.
+    Counters& own_counters(int id) { return per_id_[slot_of(id)]; }
+    /// That has been done, beginning at `now`. The conversation knows nothing of it, and nothing else may be asked of
+    /// it, until `answered_plain` or `adopt`.
+    template <bool can>
+    inline void sent_plain(const wire::Request& request, Result& result, Counters& own, TimePoint now);
+    /// Takes the answer, whole and with nothing before or behind it: then all is over. False where it is anything else.
+    inline bool answered_plain(const wire::Request& request, Result& result, Counters& own,
+                               std::span<const std::uint8_t> bytes, TimePoint at);
+    /// The same for a frame that stands in `result.replies[0]`.
+    inline bool answered_plain(const wire::Request& request, Result& result, Counters& own, TimePoint at);
+    /// From here on it is an exchange like any other.
+    void adopt(const wire::Request& request, Result& result);
+
     /// Ends everything that is not done with `error`.
     void abandon(const Error& error, TimePoint now);
 
-    void set_bit_rate(std::uint32_t bit_rate) { line_.bit_rate = bit_rate; }
+    void set_bit_rate(std::uint32_t bit_rate)
+    {
+        line_.bit_rate = bit_rate;
+        times_ = Timetable(line_);
+    }
     /// Called for every frame, in both directions, from the thread that drives.
-    void set_tap(std::function<void(const Tapped&)> tap) { tap_ = std::move(tap); }
+    void set_tap(std::function<void(const Tapped&)> tap)
+    {
+        tap_ = std::move(tap);
+        unusual_.tapped = static_cast<bool>(tap_);
+    }
     bool busy() const { return open_ != 0 || stopping(); }
     Duration margin() const { return margin_; }
     const Line& line() const { return line_; }
@@ -122,9 +155,11 @@ private:
     }
 
     // both kinds: conversation.cpp
-    void sent(const wire::Request& request, Result& result, TimePoint due, TimePoint now);
-    bool accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
-    void finish(const wire::Request& request, Result& result, TimePoint at);
+    inline void sent(const wire::Request& request, Result& result, TimePoint due, TimePoint now);
+    inline bool accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
+    bool accept_from_one(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
+    void finish_unanswered(const wire::Request& request, TimePoint at);
+    inline void finish(const wire::Request& request, Result& result, TimePoint at);
     void time_out(const wire::Request& request, Result& result, TimePoint now);
     void give_up(const wire::Request& request, Result& result, Errc why, TimePoint now);
     bool may_repeat(const wire::Request& request, const Result& result) const;
@@ -132,7 +167,9 @@ private:
     static void end(const wire::Request& request, Result& result, const Error& error);
     void cut_in(TimePoint now);
     void discard(const wire::Frame& frame, TimePoint at);
-    void learn(Duration excess);
+    inline void note_answer(const wire::Request& request, Result& result, unsigned frames, Counters& own, TimePoint at);
+    inline TimePoint earliest(Duration request, Duration replies, TimePoint sent_at) const;
+    inline void learn(Duration excess);
 
     // serial lines: conversation_serial.cpp
     Next next_serial(TimePoint now);
@@ -146,19 +183,39 @@ private:
     void stray(Verdict verdict, std::span<const std::uint8_t> bytes, TimePoint at);
     void drop_buffered(TimePoint at);
     const wire::Request* own_request(const wire::Frame& frame) const;
-    const wire::Request* current_request() const { return probing_ ? &probe_ : &requests_[current_]; }
-    Result* current_result() { return probing_ ? &probe_result_ : &results_[current_]; }
-    const Result* current_result() const { return probing_ ? &probe_result_ : &results_[current_]; }
+    const wire::Request* current_request() const { return unusual_.probing ? &probe_ : &requests_[current_]; }
+    Result* current_result() { return unusual_.probing ? &probe_result_ : &results_[current_]; }
+    const Result* current_result() const { return unusual_.probing ? &probe_result_ : &results_[current_]; }
 
     // CAN: conversation_can.cpp
     Next next_can(TimePoint now);
+    inline void transmitted_can(std::size_t count, TimePoint now);
+    void expire(TimePoint now);
     void gather(TimePoint now);
-    void release(const wire::Request& request);
+    inline void put_into_outbox(std::size_t i, TimePoint now);
+    void take_back(std::size_t kept);
+    inline void release(const wire::Request& request);
+    inline bool take(std::size_t i, const wire::Frame& frame, TimePoint at);
     TimePoint last_due() const;
+
+    /// What an exchange that takes its usual way need not ask for one by one.
+    struct Unusual {
+        bool stop_due = false;    // the stop waits for the frame boundary
+        bool urgent = false;      // the stop is what runs
+        bool quarantined = false; // the line
+        bool probing = false;
+        bool unproven = false; // the probe failed, and a command goes out all the same
+        bool tapped = false;
+        bool double_read = false;
+        bool unused = false;
+        std::uint64_t all() const { return std::bit_cast<std::uint64_t>(*this); }
+    };
 
     const wire::Protocol& protocol_;
     const bool bare_; // replies
+    Unusual unusual_{};
     Line line_;
+    Timetable times_;
     Settings settings_;
     std::function<void(const Tapped&)> tap_;
     std::span<const wire::Request> requests_{};
@@ -170,11 +227,8 @@ private:
     TimePoint earliest_{};    // what comes before is no answer to it
     std::array<std::uint8_t, 256> buffer_{};
     std::size_t buffered_ = 0;
-    bool quarantined_ = false;
     TimePoint quiet_until_{};
     TimePoint quarantine_ends_{};
-    bool probing_ = false;
-    bool unproven_ = false; // the probe failed, and a command goes out all the same
     wire::Request probe_{};
     Result probe_result_{};
 
@@ -182,15 +236,15 @@ private:
     std::array<wire::Frame, most_at_once> outbox_{};
     std::array<std::uint16_t, most_at_once> outbox_of_{}; // whose frames they are
     std::size_t outbox_size_ = 0;
-    std::bitset<2048> outstanding_{}; // identifiers
+    std::bitset<2048> outstanding_{}; // identifiers, of the outbox as well
     std::size_t sent_count_ = 0;
     std::size_t waiting_count_ = 0;
-    Duration on_wire_{};     // of all that is outstanding, both ways
-    TimePoint clear_at_{};   // when the wire has carried what was abandoned
-    std::size_t likely_ = 0; // whose answer comes next if they come in order
+    Duration on_wire_{};                          // of all that is outstanding, both ways
+    TimePoint clear_at_{};                        // when the wire has carried what was abandoned
+    TimePoint first_expiry_{};                    // nothing that is outstanding is given up before
+    std::size_t likely_ = 0;                      // whose answer comes next if they come in order
+    std::array<std::uint16_t, 2048> latest_of_{}; // whose answer came with this identifier most recently
 
-    bool stop_due_ = false; // the stop waits for the frame boundary
-    bool urgent_ = false;   // the stop is what runs
     std::span<const wire::Request> stop_requests_{};
     std::span<Result> stop_results_{};
 

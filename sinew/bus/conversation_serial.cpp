@@ -1,7 +1,8 @@
 #include "sinew/bus/agree.hpp"
-#include "sinew/bus/conversation.hpp"
+#include "sinew/bus/conversation_hot.hpp"
 
 #include <algorithm>
+#include <utility>
 
 /// Serial lines: one request after the other, framed replies or bare ones.
 namespace sinew::bus {
@@ -13,7 +14,7 @@ bool Conversation::in_flight() const
 
 Conversation::Next Conversation::next_serial(TimePoint now)
 {
-    if (stop_due_) [[unlikely]] {
+    if (unusual_.stop_due) [[unlikely]] {
         // The answer in progress would garble the stop, but no margin of the host is waited for.
         if (in_flight() && now < current_result()->due)
             return {.deadline = current_result()->due};
@@ -23,11 +24,11 @@ Conversation::Next Conversation::next_serial(TimePoint now)
         const wire::Request& request = *current_request();
         Result& result = *current_result();
         if (result.stage == Result::Stage::waiting) {
-            const bool trusted = !quarantined_ || !request.answered || unproven_ || urgent_;
+            const bool trusted = !unusual_.quarantined || !request.answered || unusual_.unproven || unusual_.urgent;
             if (!trusted && now < quiet_until_)
                 return {.deadline = quiet_until_};
-            if (!trusted && !probing_) {
-                quarantined_ = false;
+            if (!trusted && !unusual_.probing) {
+                unusual_.quarantined = false;
                 drop_buffered(now);
                 if (begin_probe(request))
                     continue;
@@ -44,7 +45,7 @@ Conversation::Next Conversation::next_serial(TimePoint now)
                 request.answered ? time_out(request, result, now) : finish(request, result, now);
             continue;
         }
-        if (probing_)
+        if (unusual_.probing)
             end_probe(now);
         else
             ++current_;
@@ -54,37 +55,22 @@ Conversation::Next Conversation::next_serial(TimePoint now)
 
 void Conversation::transmitted(std::size_t count, TimePoint now)
 {
-    if (line_.can) {
-        for (std::size_t i = 0; i < count; ++i)
-            on_wire_ += predict(line_, requests_[outbox_of_[i]]).wire();
-        const TimePoint clear = std::max(now, clear_at_) + on_wire_;
-        for (std::size_t i = 0; i < count; ++i) {
-            const wire::Request& request = requests_[outbox_of_[i]];
-            outstanding_.set(request.frame.can_id % outstanding_.size());
-            sent(request, results_[outbox_of_[i]], clear + predict(line_, request).response, now);
-        }
-        sent_count_ += count;
-        waiting_count_ -= count;
-        outbox_size_ = 0;
-        return;
-    }
+    if (line_.can)
+        return transmitted_can(count, now);
     if (count == 0)
         return;
     const wire::Request& request = *current_request();
     Result& result = *current_result();
-    const Exchange exchange = predict(line_, request);
-    // Three quarters, because clocks differ and a UART is done in the middle of the stop bit. A byte that is part of a
-    // bare reply comes after the request; a whole frame takes its own time as well.
-    const Duration least = bare_ ? exchange.request : exchange.wire();
-    earliest_ = settings_.paced ? result.sent_at + least * 3 / 4 : result.sent_at;
+    const Exchange exchange = times_.predict(request);
+    earliest_ = earliest(exchange.request, exchange.replies, result.sent_at);
     sent(request, result, now + exchange.total(), now);
-    unproven_ = false;
+    unusual_.unproven = false;
 }
 
 /// For `double_read`: whether the answer was asked twice and both agree. If not, it goes out again.
 bool Conversation::is_confirmed(const wire::Request& request, Result& result, TimePoint at)
 {
-    if (!bare_ || probing_ || urgent_ || request.message->info.access != wire::Access::read)
+    if (!bare_ || unusual_.probing || unusual_.urgent || request.message->info.access != wire::Access::read)
         return true;
     if (result.reply_count == 1) {
         result.stage = Result::Stage::waiting;
@@ -108,7 +94,7 @@ bool Conversation::begin_probe(const wire::Request& request)
     probe_ = *probe;
     probe_.response_time = request.response_time;
     probe_result_.reset();
-    probing_ = true;
+    unusual_.probing = true;
     ++open_;
     return true;
 }
@@ -118,12 +104,12 @@ void Conversation::end_probe(TimePoint now)
     const bool proven = probe_result_.good;
     if (!proven)
         --open_;
-    probing_ = false;
+    unusual_.probing = false;
     if (proven)
         return;
     const wire::Request& request = requests_[current_];
     if (request.message->info.access != wire::Access::read) {
-        unproven_ = true;
+        unusual_.unproven = true;
         return;
     }
     // The device does not answer at all: a read needs no further wait.
@@ -161,29 +147,23 @@ void Conversation::receive_bare(std::span<const std::uint8_t> bytes, TimePoint a
 {
     if (bytes.empty())
         return;
-    if (quarantined_ || !in_flight() || !current_request()->answered || at < earliest_) {
-        stray(quarantined_ ? Verdict::quarantined : Verdict::stray, bytes, at);
+    if (unusual_.quarantined || !in_flight() || !current_request()->answered || at < earliest_) [[unlikely]] {
+        stray(unusual_.quarantined ? Verdict::quarantined : Verdict::stray, bytes, at);
         return;
     }
-    const std::size_t awaited = current_request()->message->reply.size;
-    const std::size_t room = std::min(bytes.size(), buffer_.size() - buffered_);
-    std::copy_n(bytes.begin(), room, buffer_.begin() + static_cast<std::ptrdiff_t>(buffered_));
-    buffered_ += room;
-    if (buffered_ < awaited)
-        return;
-    wire::Frame frame{.size = static_cast<std::uint8_t>(awaited)};
-    std::copy_n(buffer_.begin(), awaited, frame.data.begin());
-    const bool exact = buffered_ == awaited;
-    if (exact) {
-        buffered_ = 0;
-        if (accept(*current_request(), *current_result(), frame, at)) [[likely]]
+    const wire::Request& request = *current_request();
+    const std::size_t awaited = request.message->reply.size;
+    if (buffered_ > 0 || bytes.size() < awaited) [[unlikely]] {
+        const std::size_t room = std::min(bytes.size(), buffer_.size() - buffered_);
+        std::copy_n(bytes.begin(), room, buffer_.begin() + static_cast<std::ptrdiff_t>(buffered_));
+        buffered_ += room;
+        if (buffered_ < awaited)
             return;
-        stray(Verdict::stray, frame.bytes(), at);
-        return;
+        bytes = std::span(buffer_).first(std::exchange(buffered_, 0));
     }
-    const std::size_t all = buffered_;
-    buffered_ = 0;
-    stray(Verdict::stray, std::span(buffer_).first(all), at);
+    if (bytes.size() == awaited && accept(request, *current_result(), wire::Frame::of(bytes), at)) [[likely]]
+        return;
+    stray(Verdict::stray, bytes, at);
 }
 
 /// Returns how many bytes have been dealt with. `silent`: no more will come.
@@ -205,8 +185,7 @@ std::size_t Conversation::receive_framed(std::span<const std::uint8_t> bytes, bo
                 break;
             continue;
         }
-        wire::Frame frame{.size = static_cast<std::uint8_t>(scan.size)};
-        std::ranges::copy(rest.subspan(scan.skip, scan.size), frame.data.begin());
+        const wire::Frame frame = wire::Frame::of(rest.subspan(scan.skip, scan.size));
         if (awaits && at >= earliest_ && accept(*current_request(), *current_result(), frame, at)) [[likely]]
             continue;
         if (const auto* own = own_request(frame)) {
@@ -233,7 +212,7 @@ void Conversation::stray(Verdict verdict, std::span<const std::uint8_t> bytes, T
 {
     total_.strays += bytes.size();
     tell(verdict, bytes, at);
-    if (quarantined_)
+    if (unusual_.quarantined)
         quiet_until_ = std::min(at + settings_.late_max, quarantine_ends_);
     else if (bare_)
         quarantine(at);
@@ -251,7 +230,7 @@ void Conversation::drop_buffered(TimePoint at)
 void Conversation::quarantine(TimePoint now)
 {
     drop_buffered(now);
-    quarantined_ = true;
+    unusual_.quarantined = true;
     quiet_until_ = now + settings_.late_max;
     // A line that never falls silent is probed all the same, after a while.
     quarantine_ends_ = now + 10 * settings_.late_max;

@@ -20,13 +20,14 @@ struct Counters {
     std::uint64_t disagreements = 0; ///< reads of `double_read` whose two answers cannot both be true
     std::uint64_t quarantines = 0;
     /// Round trips by their length: bucket n counts those from 2^n up to 2^(n+1) microseconds.
-    std::array<std::uint32_t, 20> round_trips{};
+    static constexpr std::size_t buckets = 20;
+    std::array<std::uint32_t, buckets> round_trips{};
 
-    void add_round_trip(Duration took)
+    static std::size_t bucket_of(Duration round_trip)
     {
-        const auto us = static_cast<std::uint64_t>(took.count() > 0 ? took.count() / 1000 : 0);
-        const auto bucket = us < 2 ? 0U : static_cast<unsigned>(std::bit_width(us)) - 1U;
-        ++round_trips[bucket < round_trips.size() ? bucket : round_trips.size() - 1];
+        const auto us = static_cast<std::uint64_t>(round_trip.count() > 0 ? round_trip.count() : 0) / 1000;
+        const auto bucket = 63U - static_cast<unsigned>(std::countl_zero(us | 1U));
+        return bucket < buckets ? bucket : buckets - 1;
     }
 };
 

@@ -13,7 +13,7 @@ class Lateness
 {
 public:
     /// An answer to `request` may come until then.
-    void owe(const wire::Request& request, TimePoint until)
+    [[gnu::cold, gnu::noinline]] void owe(const wire::Request& request, TimePoint until)
     {
         latest_ = std::max(latest_, until);
         Entry& entry = entry_for(request);
@@ -32,11 +32,14 @@ public:
         latest_ = std::max(latest_, until);
     }
 
+    /// Whether anything is owed at `at`; if not, nothing else need be asked.
+    bool is_possible(TimePoint at) const { return at <= latest_; }
+
     /// Whether an answer to `request` that came at `at` may be that of an earlier one. If so, the own one may come
     /// until `own_until`.
-    bool may_be_older(const wire::Request& request, TimePoint at, TimePoint own_until)
+    [[gnu::cold, gnu::noinline]] bool may_be_older(const wire::Request& request, TimePoint at, TimePoint own_until)
     {
-        if (at > latest_) [[likely]]
+        if (!is_possible(at))
             return false;
         bool older = at <= doubtful_until_;
         for (Entry& entry : entries_)
@@ -53,7 +56,7 @@ public:
     /// A frame came that nobody waits for. If it is owed, it is owed no more; returns the request that it answers.
     const wire::Request* settle(const wire::Protocol& protocol, const wire::Frame& frame, TimePoint at)
     {
-        if (at > latest_)
+        if (!is_possible(at))
             return nullptr;
         for (Entry& entry : entries_)
             if (entry.owed > 0 && at <= entry.until &&

@@ -2,6 +2,7 @@
 #include "sinew/wire/request.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -52,13 +53,45 @@ constexpr int reply_count(const wire::Request& request)
     return request.message->request.layout->can_fixed ? 4 : 1;
 }
 
-constexpr Exchange predict(const Line& line, const wire::Request& request, Stuffing stuffing = Stuffing::most)
+/// `time_of(bytes)`: how long a frame of so many bytes takes.
+template <class TimeOf>
+constexpr Exchange predict_by(const TimeOf& time_of, const wire::Request& request)
 {
     const int replies = reply_count(request);
-    return {.request = frame_time(line, request.frame.size, stuffing),
+    return {.request = time_of(request.frame.size),
             .response = replies > 0 ? request.response_time : Duration{},
-            .replies = replies > 0 ? replies * frame_time(line, request.message->reply.size, stuffing) : Duration{}};
+            .replies = replies > 0 ? replies * time_of(request.message->reply.size) : Duration{}};
 }
+
+constexpr Exchange predict(const Line& line, const wire::Request& request, Stuffing stuffing = Stuffing::most)
+{
+    return predict_by([&](std::size_t bytes) { return frame_time(line, bytes, stuffing); }, request);
+}
+
+/// The same for one line again and again: frames of each size are worked out once.
+class Timetable
+{
+public:
+    explicit Timetable(const Line& line)
+    {
+        for (std::size_t bytes = 0; bytes < time_of_.size(); ++bytes)
+            time_of_[bytes] = frame_time(line, bytes);
+    }
+    /// Of a request that one device answers.
+    Exchange predict_single(const wire::Request& request) const
+    {
+        return {.request = time_of_[request.frame.size],
+                .response = request.response_time,
+                .replies = time_of_[request.message->reply.size]};
+    }
+    Exchange predict(const wire::Request& request) const
+    {
+        return predict_by([&](std::size_t bytes) { return time_of_[bytes]; }, request);
+    }
+
+private:
+    std::array<Duration, wire::Frame::capacity + 1> time_of_{};
+};
 
 /// The time in which the wire carries all requests once: one after the other on serial lines; on CAN back to back, one
 /// outstanding per identifier, the lowest identifier first, so that response times count only where nobody else has

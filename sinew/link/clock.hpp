@@ -23,6 +23,11 @@ public:
     /// Returns when a handle is ready, when a virtual link received something, or at the deadline. May return early.
     /// Handles with fd -1 are passed over; a deadline that is gone only looks.
     virtual void wait(std::span<const Handle> handles, TimePoint deadline) = 0;
+    /// The same for a caller who has the time already: `now`, as asked a moment ago.
+    virtual void wait_since([[maybe_unused]] TimePoint now, std::span<const Handle> handles, TimePoint deadline)
+    {
+        wait(handles, deadline);
+    }
 };
 
 /// CLOCK_MONOTONIC and ppoll. A signal ends a wait early.
@@ -33,7 +38,8 @@ public:
     static constexpr std::size_t max_handles = 32;
 
     TimePoint now() const override;
-    void wait(std::span<const Handle> handles, TimePoint deadline) override;
+    void wait(std::span<const Handle> handles, TimePoint deadline) override { wait_since(now(), handles, deadline); }
+    void wait_since(TimePoint now, std::span<const Handle> handles, TimePoint deadline) override;
 };
 
 } // namespace sinew::link

@@ -2,7 +2,10 @@
 #include "sinew/link/clock.hpp"
 #include "sinew/link/link.hpp"
 
+#include <cerrno>
 #include <string>
+#include <sys/socket.h>
+#include <unistd.h>
 #include <utility>
 
 namespace sinew::link {
@@ -38,14 +41,32 @@ public:
     /// `name` is how messages call the link. The clock must outlive the descriptor.
     Descriptor(Fd fd, std::string name, const Clock& clock);
 
-    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes);
-    std::expected<Arrival, Error> read(std::span<std::uint8_t> into);
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes)
+    {
+        // A socket whose other end went away would raise SIGPIPE.
+        const ssize_t count = is_socket_ ? ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL)
+                                         : ::write(fd_.get(), bytes.data(), bytes.size());
+        if (count > 0) [[likely]]
+            return std::expected<std::size_t, Error>{std::in_place, static_cast<std::size_t>(count)};
+        return write_nothing(count == 0 ? EAGAIN : errno);
+    }
+    std::expected<Arrival, Error> read(std::span<std::uint8_t> into)
+    {
+        const ssize_t count = ::read(fd_.get(), into.data(), into.size());
+        if (count > 0) [[likely]]
+            return std::expected<Arrival, Error>{std::in_place, static_cast<std::size_t>(count), clock_->now(), false};
+        if (count < 0 && errno == EAGAIN)
+            return std::expected<Arrival, Error>{std::in_place, 0U, TimePoint{}, false};
+        return read_nothing(count == 0 ? 0 : errno);
+    }
     int fd() const { return fd_.get(); }
     bool is_open() const { return static_cast<bool>(fd_); }
     /// Closes, for the reason in `why`, and returns the `link_lost` that all later calls return.
     std::unexpected<Error> hang_up(std::string_view why);
 
 private:
+    std::expected<std::size_t, Error> write_nothing(int problem);
+    std::expected<Arrival, Error> read_nothing(int problem);
     std::unexpected<Error> lost() const;
 
     Fd fd_;

@@ -82,14 +82,15 @@ bool EchoLink::given_up(TimePoint now) const
 
 std::expected<Arrival, Error> EchoLink::read(std::span<std::uint8_t> into)
 {
-    if (passed_.empty()) {
+    if (passed_.empty() && !into.empty() && heard_.size() < capacity) {
         // All that is held back may come out together with what is read now; beyond that nothing is left in here
         // that the caller, who waits for the handle, would not hear of.
         std::array<std::uint8_t, capacity> came;
         const auto arrival = inner_->read(std::span(came).first(std::min(into.size(), capacity - heard_.size())));
         if (!arrival)
             return arrival;
-        at_ = arrival->at;
+        if (arrival->count > 0)
+            at_ = arrival->at;
         for (std::size_t i = 0; i < arrival->count; ++i)
             hear(came[i]);
     }

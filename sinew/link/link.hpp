@@ -21,7 +21,7 @@ struct LinkState {
 /// it).
 struct Arrival {
     std::size_t count = 0;
-    TimePoint at{};
+    TimePoint at{};    ///< of no meaning where `count` is 0
     bool more = false; ///< read again before waiting: there is more, or finding that out costs no system call; also
                        ///< when `count` is all that was asked for
 };
@@ -34,7 +34,7 @@ public:
     virtual ~ByteLink() = default;
     /// Writes what fits and says how many bytes that was.
     virtual std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) = 0;
-    /// Reads what is there; `count` 0: nothing yet.
+    /// Reads what is there, into at least one byte; `count` 0: nothing yet.
     virtual std::expected<Arrival, Error> read(std::span<std::uint8_t> into) = 0;
     virtual int handle() const = 0; ///< for ppoll; -1: virtual
     virtual LinkState state() const = 0;

@@ -48,12 +48,18 @@ consteval bool has(Kind kind)
 }
 
 template <class M, Direction D>
-consteval Range id_range()
+consteval Field first_of(Kind kind)
 {
     for (const Field& f : fields<M, D>)
-        if (f.kind == Kind::address)
-            return allowed(f);
-    return typed_side<M, D>().layout->ids;
+        if (f.kind == kind)
+            return f;
+    return {};
+}
+
+template <class M, Direction D>
+consteval Range id_range()
+{
+    return has<M, D>(Kind::address) ? allowed(first_of<M, D>(Kind::address)) : typed_side<M, D>().layout->ids;
 }
 
 /// The field of part I with its place worked out, as a constant.
@@ -172,9 +178,8 @@ template <class M, Direction D>
         }
     }
     if constexpr (has<M, D>(Kind::address)) {
-        for (const Field& f : fields<M, D>)
-            if (f.kind == Kind::address)
-                put(f, id, frame.data.data());
+        constexpr Field f = first_of<M, D>(Kind::address);
+        put(f, id, frame.data.data());
     }
     constexpr Range ids = id_range<M, D>();
     return layout.can_fixed || (!has<M, D>(Kind::address) && layout.can_base == 0) || ids.contains(id);
@@ -188,12 +193,12 @@ template <class M, Direction D>
         const bool other = D == Direction::reply && options.can_reply_base != 0;
         return static_cast<int>(frame.can_id) - static_cast<int>(other ? options.can_reply_base : layout.can_base);
     }
-    for (const Field& f : fields<M, D>)
-        if (f.kind == Kind::address) {
-            std::int64_t id{};
-            get(f, frame.data.data(), id);
-            return static_cast<int>(id);
-        }
+    if constexpr (has<M, D>(Kind::address)) {
+        constexpr Field f = first_of<M, D>(Kind::address);
+        std::int64_t id{};
+        get(f, frame.data.data(), id);
+        return static_cast<int>(id);
+    }
     return -1;
 }
 
@@ -213,56 +218,66 @@ template <class M, Direction D, std::size_t I, class Value>
     return {};
 }
 
+/// Into a blank frame; false: `explain_encoding` says why.
 template <class M, Direction D, class Value, std::size_t... I>
-[[gnu::always_inline]] inline std::expected<Frame, Error> encode(int id, const Value& message, Options options,
-                                                                 std::index_sequence<I...>)
+[[gnu::always_inline]] inline bool encode(Frame& frame, int id, const Value& message, Options options,
+                                          std::index_sequence<I...>)
 {
     constexpr const Layout& layout = *typed_side<M, D>().layout;
     constexpr const Info& info = row<M>.info;
-    std::expected<Frame, Error> out{std::in_place, blank<M, D>};
-    Frame& frame = *out;
     if (!set_address<M, D>(frame, id, options)) [[unlikely]]
-        return std::unexpected(explain_id(info, id_range<M, D>(), id));
+        return false;
     if constexpr (D == Direction::reply && info.reply_opcode_also >= 0)
         if (options.has(info.also_when))
             frame.data[0] = static_cast<std::uint8_t>(info.reply_opcode_also);
-    std::size_t bad = sizeof...(I);
-    (void)((put_part<M, D, I>(message, options, frame) || (bad = I, false)) && ...);
-    if (bad != sizeof...(I)) [[unlikely]] {
-        Error error;
-        (void)((I == bad && (error = explain_part<M, D, I>(message), true)) || ...);
-        return std::unexpected(std::move(error));
+    if (!(put_part<M, D, I>(message, options, frame) && ...)) [[unlikely]]
+        return false;
+    if constexpr (has<M, D>(Kind::repeat))
+        for (const Field& f : fields<M, D>)
+            if (f.kind == Kind::repeat)
+                frame.data[f.byte] = frame.data[f.source];
+    if constexpr (layout.checksum != Checksum::none) {
+        const std::size_t size = has<M, D>(Kind::sequence) ? frame.size : typed_side<M, D>().size;
+        frame.data[checksum_byte(layout, size)] = checksum(layout.checksum, frame.data.data(), size);
     }
-    for (const Field& f : fields<M, D>)
-        if (f.kind == Kind::repeat)
-            frame.data[f.byte] = frame.data[f.source];
-    if constexpr (layout.checksum != Checksum::none)
-        frame.data[checksum_byte(layout, frame.size)] = checksum(layout.checksum, frame.data.data(), frame.size);
-    return out;
+    return true;
 }
 
 template <class M, Direction D, class Value, std::size_t... I>
-[[gnu::always_inline]] inline std::expected<Addressed<Value>, Error> decode(const Frame& frame, Options options,
-                                                                            std::index_sequence<I...>)
+[[gnu::cold, gnu::noinline]] Error explain_encoding(int id, const Value& message, Options options,
+                                                    std::index_sequence<I...>)
+{
+    Frame frame = blank<M, D>;
+    if (!set_address<M, D>(frame, id, options))
+        return explain_id(row<M>.info, id_range<M, D>(), id);
+    Error error;
+    (void)((put_part<M, D, I>(message, options, frame) || (error = explain_part<M, D, I>(message), false)) && ...);
+    return error;
+}
+
+/// False: `explain_frame` says why. `taken`: the framing of its family has found it as an answer to this message, so
+/// that what its layout has a checksum for is not looked at again.
+template <class M, Direction D, bool taken = false, class Value, std::size_t... I>
+[[gnu::always_inline]] inline bool decode(const Frame& frame, Options options, int& id, Value& message,
+                                          std::index_sequence<I...>)
 {
     constexpr const Layout& layout = *typed_side<M, D>().layout;
     constexpr std::size_t size = typed_side<M, D>().size;
-    std::expected<Addressed<Value>, Error> out{std::in_place};
+    if constexpr (taken && layout.checksum != Checksum::none && !has<M, D>(Kind::repeat))
+        return (get_part<M, D, I>(frame, options, message) && ...);
     const bool size_fits =
         has<M, D>(Kind::sequence) ? frame.size >= size && frame.size <= Frame::capacity : frame.size == size;
-    out->id = address_of<M, D>(frame, options);
+    id = address_of<M, D>(frame, options);
     bool good = size_fits && constants_hold<M, D>(frame);
     if constexpr (layout.can_fixed)
         good = good && frame.can_id == layout.can_base;
     else if constexpr (has<M, D>(Kind::address) || layout.can_base != 0)
-        good = good && id_range<M, D>().contains(out->id);
-    if constexpr (layout.checksum != Checksum::none)
-        good = good && frame.data[checksum_byte(layout, frame.size)] ==
-                           checksum(layout.checksum, frame.data.data(), frame.size);
-    good = good && (get_part<M, D, I>(frame, options, out->message) && ...);
-    if (!good) [[unlikely]]
-        return std::unexpected(explain_frame(info_of<M>, D, frame, options));
-    return out;
+        good = good && id_range<M, D>().contains(id);
+    if constexpr (layout.checksum != Checksum::none) {
+        const std::size_t all = has<M, D>(Kind::sequence) ? frame.size : size;
+        good = good && frame.data[checksum_byte(layout, all)] == checksum(layout.checksum, frame.data.data(), all);
+    }
+    return good && (get_part<M, D, I>(frame, options, message) && ...);
 }
 
 template <class M, Direction D>
@@ -271,31 +286,66 @@ inline constexpr auto parts =
 
 } // namespace detail
 
+namespace detail {
+
+template <class M, Direction D, class Value>
+[[gnu::always_inline]] inline std::expected<Frame, Error> encoded(int id, const Value& message, Options options)
+{
+    std::expected<Frame, Error> out{std::in_place, blank<M, D>};
+    if (!encode<M, D>(*out, id, message, options, parts<M, D>)) [[unlikely]]
+        return std::unexpected(explain_encoding<M, D>(id, message, options, parts<M, D>));
+    return out;
+}
+
+template <class M, Direction D, class Value>
+[[gnu::always_inline]] inline std::expected<Addressed<Value>, Error> decoded(const Frame& frame, Options options)
+{
+    std::expected<Addressed<Value>, Error> out{std::in_place};
+    if (!decode<M, D>(frame, options, out->id, out->message, parts<M, D>)) [[unlikely]]
+        return std::unexpected(explain_frame(info_of<M>, D, frame, options));
+    return out;
+}
+
+} // namespace detail
+
 /// The bytes of a request to device `id`.
 template <class M>
 std::expected<Frame, Error> encode_request(int id, const M& message, Options options = {})
 {
-    return detail::encode<M, Direction::request>(id, message, options, detail::parts<M, Direction::request>);
+    return detail::encoded<M, Direction::request>(id, message, options);
 }
 
 template <class M>
 std::expected<Addressed<M>, Error> decode_request(const Frame& frame, Options options = {})
 {
-    return detail::decode<M, Direction::request, M>(frame, options, detail::parts<M, Direction::request>);
+    return detail::decoded<M, Direction::request, M>(frame, options);
 }
 
 /// The bytes of device `id`'s answer to an `M`.
 template <class M>
 std::expected<Frame, Error> encode_reply(int id, const ReplyOf<M>& message, Options options = {})
 {
-    return detail::encode<M, Direction::reply>(id, message, options, detail::parts<M, Direction::reply>);
+    return detail::encoded<M, Direction::reply>(id, message, options);
 }
 
 /// What a frame says as the answer to an `M`. The frame must be the whole answer.
 template <class M>
 std::expected<Addressed<ReplyOf<M>>, Error> decode_reply(const Frame& frame, Options options = {})
 {
-    return detail::decode<M, Direction::reply, ReplyOf<M>>(frame, options, detail::parts<M, Direction::reply>);
+    return detail::decoded<M, Direction::reply, ReplyOf<M>>(frame, options);
+}
+
+/// Its message alone, of a frame that its family's framing has found and taken for the answer to such a request:
+/// header, address and checksum are not looked at again where there is a checksum.
+template <class M>
+std::expected<ReplyOf<M>, Error> decode_answer(const Frame& frame, Options options = {})
+{
+    ReplyOf<M> reply{};
+    int id = -1;
+    if (!detail::decode<M, Direction::reply, true>(frame, options, id, reply, detail::parts<M, Direction::reply>))
+        [[unlikely]]
+        return std::unexpected(detail::explain_frame(info_of<M>, Direction::reply, frame, options));
+    return std::expected<ReplyOf<M>, Error>{std::in_place, reply};
 }
 
 } // namespace sinew::wire

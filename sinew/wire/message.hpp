@@ -279,6 +279,10 @@ consteval Side erase_side()
         out.also_when = info.also_when;
     }
     check_side(out);
+    out.selection = selection_of(out);
+    for (const Field& f : out.fields)
+        if (f.kind == Kind::address || f.name == "id")
+            out.device = &f;
     return out;
 }
 

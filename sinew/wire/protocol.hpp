@@ -44,6 +44,14 @@ public:
     /// Whether `reply` can be the answer to the request `asked` of message `message`: address and message fit.
     virtual bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const = 0;
 
+    /// Whether `reply`, as all that was heard, is that answer: what `find_reply` and then `answers` say, in one step.
+    /// Its bytes that are not in use are 0.
+    virtual bool is_answer(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const
+    {
+        const Scan scan = find_reply(reply.bytes(), reply.size, false);
+        return scan.skip == 0 && scan.size == reply.size && answers(asked, message, reply, options);
+    }
+
     /// A read that every device of the family answers, and whose answer names the device: for scans, and to find out
     /// whether a line can be trusted again. `bad_id` when the family has no such id.
     virtual std::expected<Request, Error> probe(int id) const = 0;

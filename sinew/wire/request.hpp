@@ -19,16 +19,33 @@ struct Request {
     std::uint8_t replies = 0; ///< how many devices will answer; 0: one, or four where the message is for several
 };
 
+namespace detail {
+
+/// All of a request but what its message says.
+template <class M>
+constexpr Request blank_request(int id, Options options, Duration response_time)
+{
+    constexpr Range ids = id_range<M, Direction::request>();
+    const bool to_all = row<M>.info.broadcast && !info_of<M>.request.layout->can_fixed && id == ids.high;
+    return {.id = id,
+            .message = &info_of<M>,
+            .frame = blank<M, Direction::request>,
+            .options = options,
+            .answered = info_of<M>.reply.exists() && !to_all,
+            .response_time = response_time};
+}
+
+} // namespace detail
+
 /// A request from a typed message. Answered unless the message has no reply or goes to every device at once.
 template <class M>
 std::expected<Request, Error> make_request(int id, const M& message, Options options = {}, Duration response_time = {})
 {
-    auto frame = encode_request(id, message, options);
-    if (!frame)
-        return std::unexpected(std::move(frame.error()));
-    constexpr Range ids = detail::id_range<M, Direction::request>();
-    const bool to_all = row<M>.info.broadcast && !info_of<M>.request.layout->can_fixed && id == ids.high;
-    return Request{id, &info_of<M>, *frame, options, info_of<M>.reply.exists() && !to_all, response_time};
+    constexpr auto asks = Direction::request;
+    std::expected<Request, Error> out{std::in_place, detail::blank_request<M>(id, options, response_time)};
+    if (!detail::encode<M, asks>(out->frame, id, message, options, detail::parts<M, asks>)) [[unlikely]]
+        return std::unexpected(detail::explain_encoding<M, asks>(id, message, options, detail::parts<M, asks>));
+    return out;
 }
 
 /// A few requests in a row, without heap.

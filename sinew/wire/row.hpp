@@ -3,9 +3,12 @@
 #include "sinew/wire/frame.hpp"
 
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
+#include <type_traits>
 
 namespace sinew::wire {
 
@@ -57,6 +60,13 @@ struct Variant {
     std::span<const Field> fields;
 };
 
+/// The constants and the opcode of a frame, to be compared eight bytes at once.
+struct Selection {
+    std::uint64_t mask = 0;  ///< the bits of the first eight bytes that say which message it is
+    std::uint64_t value = 0; ///< what they are
+    bool is_all = false;     ///< size and these bits tell; nothing else has to be looked at
+};
+
 /// The request or the reply of a message without its C++ type: all fields in the order of the manual, framing first.
 struct Side {
     const Layout* layout = nullptr;
@@ -68,6 +78,8 @@ struct Side {
     int opcode = -1;
     int opcode_also = -1;
     std::uint32_t also_when = 0;
+    Selection selection{};
+    const Field* device = nullptr; ///< the field that says which device it is for or from; nullptr: none
 
     constexpr bool exists() const { return layout != nullptr; }
 };
@@ -93,17 +105,47 @@ constexpr int checksum_byte(const Layout& layout, std::size_t size)
     return -1;
 }
 
+/// The sum of at most 64 bytes, several at once.
+[[gnu::always_inline]] constexpr unsigned sum_of(const std::uint8_t* data, std::size_t size)
+{
+    constexpr std::size_t few = 8;
+    if (std::is_constant_evaluated() || size < 4 || (__builtin_constant_p(size) && size <= few)) {
+        unsigned sum = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            sum += data[i];
+        return sum;
+    }
+    std::uint64_t pairs = 0; // four sums side by side
+    const auto add = [&](std::uint64_t word) {
+        constexpr std::uint64_t every_other = 0x00FF00FF00FF00FF;
+        pairs += (word & every_other) + (word >> 8 & every_other);
+    };
+    const auto load = [&]<class Word>(Word word, std::size_t at) {
+        std::memcpy(&word, data + at, sizeof word);
+        return word;
+    };
+    std::size_t at = 0;
+    for (; at + 8 <= size; at += 8)
+        add(load(std::uint64_t{}, at));
+    // What is left is the upper part of the last word, or of the last half.
+    if (const std::size_t left = size - at; size >= 8 && left > 0) {
+        add(load(std::uint64_t{}, size - 8) >> 8 * (8 - left));
+    } else if (size < 8) {
+        add(load(std::uint32_t{}, 0));
+        add(std::uint64_t{load(std::uint32_t{}, size - 4)} >> 8 * (8 - size));
+    }
+    return static_cast<unsigned>((pairs * 0x0001000100010001) >> 48);
+}
+
 [[gnu::always_inline]] constexpr std::uint8_t checksum(Checksum kind, const std::uint8_t* data, std::size_t size)
 {
-    unsigned sum = 0;
     if (kind == Checksum::xor7) {
+        unsigned sum = 0;
         for (std::size_t i = 1; i + 1 < size; ++i)
             sum ^= data[i];
         return sum & 0x7F;
     }
-    for (std::size_t i = 2; i < size; ++i)
-        sum += data[i];
-    return static_cast<std::uint8_t>(~(sum - data[4]));
+    return static_cast<std::uint8_t>(~(sum_of(data + 2, size - 2) - data[4]));
 }
 
 // ---- checks at compile time: a wrong row calls one of these, and the compiler prints its name ----
@@ -143,6 +185,29 @@ consteval void check_coverage(std::span<const Field> fields, std::size_t size, O
     for (std::size_t byte = 0; byte < size; ++byte)
         if (seen[byte] != 0xFF)
             a_byte_is_not_explained();
+}
+
+consteval Selection selection_of(const Side& side)
+{
+    std::array<std::uint8_t, 8> mask{};
+    std::array<std::uint8_t, Frame::capacity> value{};
+    bool is_all = side.opcode_also < 0;
+    for (const Field& f : side.fields) {
+        is_all = is_all && f.kind != Kind::sequence; // then the size differs
+        if (f.kind != Kind::opcode && f.kind != Kind::constant && f.kind != Kind::size)
+            continue;
+        if (std::size_t{f.byte} + f.bytes > mask.size()) {
+            is_all = false;
+            continue;
+        }
+        for (std::size_t byte = f.byte; byte < std::size_t{f.byte} + f.bytes; ++byte)
+            mask[byte] |= claimed(f, byte);
+        put(f, f.fixed, value.data());
+    }
+    std::array<std::uint8_t, 8> first{};
+    for (std::size_t byte = 0; byte < first.size(); ++byte)
+        first[byte] = value[byte] & mask[byte];
+    return {std::bit_cast<std::uint64_t>(mask), std::bit_cast<std::uint64_t>(first), is_all};
 }
 
 consteval void check_side(const Side& side)

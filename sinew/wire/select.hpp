@@ -4,9 +4,9 @@
 
 namespace sinew::wire {
 
-/// Whether the constants and the opcode of a side stand in the frame and its size fits: the bytes that say which
-/// message it is, without its values and its checksum.
-inline bool selects(const Side& side, const Frame& frame)
+namespace detail {
+
+[[gnu::cold, gnu::noinline]] inline bool selects_by_fields(const Side& side, const Frame& frame)
 {
     bool grows = false;
     for (const auto& f : side.fields)
@@ -22,6 +22,18 @@ inline bool selects(const Side& side, const Frame& frame)
             return false;
     }
     return true;
+}
+
+} // namespace detail
+
+/// Whether the constants and the opcode of a side stand in the frame and its size fits: the bytes that say which
+/// message it is, without its values and its checksum.
+inline bool selects(const Side& side, const Frame& frame)
+{
+    const Selection& by = side.selection;
+    if (by.is_all) [[likely]]
+        return frame.size == side.size && (frame.first_eight() & by.mask) == by.value;
+    return detail::selects_by_fields(side, frame);
 }
 
 /// A named field of a side, or nullptr.

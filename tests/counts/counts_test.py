@@ -10,7 +10,7 @@ COUNT = 1000
 # A wait that finds its bytes in two pieces, or a signal, costs a call more now and then.
 SLACK = 0.05
 FAMILIES = {"sam": 4, "nuri": 3, "rmd": 3}
-MOST_INSTRUCTIONS = 2000  # a guard against growth; peers need 566 (FTServo) to 29 000 (moteus)
+MOST_INSTRUCTIONS = 500  # peers need 566 (FTServo) to 29 000 (moteus)
 
 
 def syscalls(family):

@@ -32,7 +32,10 @@ template <class M>
 int run(link::AnyLink link, link::Clock& clock, const wire::Protocol& protocol, const wire::Profile& line, int id,
         int count)
 {
-    bus::Bus bus("counted", std::move(link), clock, protocol, {.paced = false});
+    // What others keep from running for a while is no time-out.
+    constexpr Duration patience = std::chrono::seconds(5);
+    bus::Bus bus("counted", std::move(link), clock, protocol,
+                 {.margin_at_first = patience, .margin_least = patience, .margin_most = patience, .paced = false});
     bus.set_device(id, {.line = &line});
     for (int i = 0; i < 100; ++i)
         if (!bus.call(id, M{}))

@@ -155,10 +155,12 @@ public:
         const int got = ::recvmmsg(fd_, messages_.data(), static_cast<unsigned>(most), MSG_DONTWAIT, nullptr);
         const std::size_t count = got < 0 ? 0 : static_cast<std::size_t>(got);
         for (std::size_t i = 0; i < count; ++i) {
-            into[i] = {.can_id = frames_[i].can_id, .size = frames_[i].len};
+            into[i].can_id = frames_[i].can_id;
+            into[i].size = frames_[i].len;
+            into[i].data.fill(0);
             std::memcpy(into[i].data.data(), frames_[i].data, sizeof frames_[i].data);
         }
-        return link::Arrival{.count = count, .at = clock_.now()};
+        return std::expected<link::Arrival, Error>{std::in_place, count, clock_.now(), false};
     }
     int handle() const override { return fd_; }
     link::LinkState state() const override { return {.open = true, .bit_rate = 1'000'000}; }

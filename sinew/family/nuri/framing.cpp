@@ -63,6 +63,13 @@ bool Framing::answers(const Frame& asked, const MessageInfo& message, const Fram
     return reply.data[2] == asked.data[2] && selects(message.reply, reply);
 }
 
+/// Header, size and mode are among what `answers` compares, and bytes that are 0 do not change the sum.
+bool Framing::is_answer(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const
+{
+    return reply.data[4] == checksum(Checksum::not_sum, reply.data.data(), largest) &&
+           answers(asked, message, reply, options);
+}
+
 std::expected<Request, Error> Framing::probe(int id) const
 {
     return make_request(id, RequestPing{});

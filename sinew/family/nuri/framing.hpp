@@ -24,6 +24,8 @@ public:
     int addressee(const wire::Frame& request) const override;
     bool answers(const wire::Frame& asked, const wire::MessageInfo& message, const wire::Frame& reply,
                  wire::Options options) const override;
+    bool is_answer(const wire::Frame& asked, const wire::MessageInfo& message, const wire::Frame& reply,
+                   wire::Options options) const override;
     std::expected<wire::Request, Error> probe(int id) const override;
 
 private:

@@ -33,17 +33,20 @@ public:
 
     bool answers(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const override
     {
-        if (!selects(message.reply, reply))
-            return false;
         const std::uint32_t base =
             options.can_reply_base != 0 ? options.can_reply_base : message.reply.layout->can_base;
         // Motors 1 to 4 answer the multi-motor frame, each with its own identifier (R25).
         if (message.request.layout->can_fixed)
-            return reply.can_id > base && reply.can_id <= base + 4;
+            return reply.can_id > base && reply.can_id <= base + 4 && selects(message.reply, reply);
         const std::uint32_t id = asked.can_id - message.request.layout->can_base;
-        const bool names_parameter = find_field(message.request, "param_id") != nullptr;
+        const bool names_parameter = !message.request.selector.empty() || !message.reply.selector.empty();
         return reply.can_id == base + id &&
-               (!names_parameter || reply.data[parameter_byte] == asked.data[parameter_byte]);
+               (!names_parameter || reply.data[parameter_byte] == asked.data[parameter_byte]) &&
+               selects(message.reply, reply);
+    }
+    bool is_answer(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const override
+    {
+        return answers(asked, message, reply, options);
     }
 
     std::expected<Request, Error> probe(int id) const override { return make_request(id, ReadStatus1{}); }

@@ -115,6 +115,16 @@ bool bits_fit(const Side& side, const Frame& frame)
     return true;
 }
 
+/// The broadcast brake is answered with any id.
+[[gnu::noinline]] bool is_same_device(const MessageInfo& message, const Frame& asked, const Frame& reply)
+{
+    std::int64_t from = 0;
+    std::int64_t to = 0;
+    get(*message.reply.device, reply.data.data(), from);
+    get(*message.request.device, asked.data.data(), to);
+    return from == to || (message.info.broadcast && to == message.request.device->range.high);
+}
+
 class SamProtocol final : public Protocol
 {
 public:
@@ -167,16 +177,15 @@ public:
     {
         if (reply.size != message.reply.size)
             return false;
-        // Where an answer carries the id, it must be the right one; the broadcast brake is answered with any.
-        const Field* said = find_field(message.reply, "id");
-        const Field* meant = find_field(message.request, "id");
-        if (said == nullptr || meant == nullptr)
-            return true;
-        std::int64_t from = 0;
-        std::int64_t to = 0;
-        get(*said, reply.data.data(), from);
-        get(*meant, asked.data.data(), to);
-        return from == to || (message.info.broadcast && to == meant->range.high);
+        // Where an answer carries the id, it must be the right one.
+        const Field* said = message.reply.device;
+        const Field* meant = message.request.device;
+        return said == nullptr || meant == nullptr || is_same_device(message, asked, reply);
+    }
+
+    bool is_answer(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const override
+    {
+        return answers(asked, message, reply, options);
     }
 
     std::expected<Request, Error> probe(int id) const override { return make_request(id, Ping{}); }
