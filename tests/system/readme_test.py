@@ -7,10 +7,10 @@ from support import SOURCE
 
 
 class Readme(unittest.TestCase):
-    def test_its_program_is_the_first_example(self):
+    def test_its_program_is_an_example(self):
         with open(os.path.join(SOURCE, "README.md"), encoding="utf-8") as file:
             blocks = re.findall(r"```cpp\n(.*?)```", file.read(), re.DOTALL)
-        with open(os.path.join(SOURCE, "examples", "01_move.cpp"), encoding="utf-8") as file:
+        with open(os.path.join(SOURCE, "examples", "03_move.cpp"), encoding="utf-8") as file:
             self.assertEqual(blocks, [file.read()])
 
 
