@@ -60,7 +60,8 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
     return all;
 }
 
-/// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
+} // namespace
+
 std::expected<bus::Settings, Error> bus_settings()
 {
     bus::Settings settings;
@@ -74,8 +75,6 @@ std::expected<bus::Settings, Error> bus_settings()
         *margin = std::max(*margin, *patience);
     return settings;
 }
-
-} // namespace
 
 std::optional<std::string> robot_path(const Words& words)
 {

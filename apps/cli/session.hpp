@@ -61,6 +61,9 @@ std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std
 std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
 /// The links of the command line, else those of the robot file; `bad_argument` where neither says one.
 std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices);
+/// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
+std::expected<bus::Settings, Error> bus_settings();
+
 /// The robot file that the options or the environment name.
 std::optional<std::string> robot_path(const Words& words);
 /// Whether they name one.

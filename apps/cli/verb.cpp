@@ -57,9 +57,10 @@ std::expected<Duration, Error> duration_from(std::string_view name, std::string_
 std::span<const Verb> verbs()
 {
     static const std::vector<Verb> all{
-        sim_verb(),  sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(), scan_verb(),    doctor_verb(),
-        info_verb(), get_verb(),      set_verb(),      move_verb(),      stop_verb(),     watch_verb(),   plan_verb(),
-        bus_verb(),  sniff_verb(),    recover_verb(),  send_verb(),      decode_verb(),   messages_verb()};
+        sim_verb(),     sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(), scan_verb(),
+        doctor_verb(),  info_verb(),     get_verb(),      set_verb(),       move_verb(),     play_verb(),
+        teach_verb(),   stop_verb(),     watch_verb(),    plan_verb(),      bus_verb(),      sniff_verb(),
+        recover_verb(), send_verb(),     decode_verb(),   messages_verb()};
     return all;
 }
 

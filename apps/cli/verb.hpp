@@ -84,6 +84,8 @@ Verb info_verb();
 Verb get_verb();
 Verb set_verb();
 Verb move_verb();
+Verb play_verb();
+Verb teach_verb();
 Verb stop_verb();
 Verb watch_verb();
 Verb plan_verb();

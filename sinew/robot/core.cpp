@@ -180,6 +180,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<void()
 {
     constexpr std::size_t most_handles = 32;
     TimePoint next = clock->now();
+    leaving = false;
     for (auto& line : lines)
         line->set_due(next);
     for (;;) {
@@ -191,7 +192,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<void()
             return stop_for({.code = Errc::stopped});
         if (auto fine = heed_the_guardian(); !fine)
             return fine;
-        if (now >= until)
+        if (now >= until || leaving)
             break;
         if (now >= next) {
             next += period * ((now - next) / period + 1);

@@ -31,6 +31,7 @@ public:
     std::vector<std::unique_ptr<Line>> lines;
     std::vector<bus::Bus*> buses;
     bool enabled = false;
+    bool leaving = false; ///< `run` ends with this turn
     std::optional<Error> fault;
 
 private:

@@ -78,6 +78,11 @@ std::expected<void, Error> Robot::run(Duration period, const std::function<void(
         until);
 }
 
+void Robot::leave() noexcept
+{
+    core_->leaving = true;
+}
+
 std::expected<void, Error> Robot::wait(Duration duration, Duration period)
 {
     return run(period, {}, core_->clock->now() + duration);

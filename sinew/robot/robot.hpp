@@ -85,6 +85,8 @@ public:
     /// rate of the file (`rate_hz`), else at that of `period`, and waits for no other one.
     std::expected<void, Error> run(Duration period, const std::function<void(Robot&)>& each,
                                    TimePoint until = TimePoint::max());
+    /// From within `each`: this turn is the last one of `run`.
+    void leave() noexcept;
     /// Cycles for so long, as fast as the slowest bus goes but no faster than every `period`.
     std::expected<void, Error> wait(Duration duration, Duration period = std::chrono::milliseconds{10});
     /// A fresh state of all joints at once, without a command to any. The first error, after all were asked.

@@ -57,7 +57,15 @@ std::optional<double> look(const Condition& condition, std::span<const actuator:
 
 } // namespace
 
-SequencePlayer::SequencePlayer(const config::RobotFile& file, const config::Sequence& sequence) : file_(&file)
+std::string to_words(const config::RobotFile& file, const Condition& condition, std::string_view verb)
+{
+    const auto [name, unit, per_si] = shown(condition.of);
+    return fmt::format("the {} of {} {} {} {:g} {}", name, file.joints[condition.joint].name, verb,
+                       condition.above ? "above" : "below", condition.value * per_si, unit);
+}
+
+SequencePlayer::SequencePlayer(const config::RobotFile& file, const config::Sequence& sequence, double speed)
+    : file_(&file), speed_(speed)
 {
     const std::size_t joints = file.joints.size();
     targets_.resize(joints);
@@ -141,8 +149,9 @@ std::expected<void, Error> SequencePlayer::begin_move(const Step& step, States s
             from = states[target.joint].position_rad.optional();
         if (!from)
             return std::unexpected(at_step(Errc::bad_argument, joint.name + " did not tell its position yet"));
-        wanted_.push_back(
-            {.from_rad = *from, .target_rad = target.position_rad, .limits = slowed(motion_limits(joint), step.speed)});
+        wanted_.push_back({.from_rad = *from,
+                           .target_rad = target.position_rad,
+                           .limits = slowed(motion_limits(joint), speed_ * step.speed)});
     }
     const auto duration = step.duration_s ? std::optional(from_seconds(*step.duration_s)) : std::nullopt;
     if (auto planned = plan_.plan(wanted_, duration); !planned) {
@@ -196,9 +205,8 @@ Error SequencePlayer::not_met(const Condition& condition, States states) const
     const auto [name, unit, per_si] = shown(condition.of);
     const auto value = look(condition, states, step_call_at_);
     const std::string was = value ? fmt::format("it was {:.4g} {}", *value * per_si, unit) : "it was not measured";
-    return at_step(Errc::timeout, fmt::format("the {} of {} was not {} {:g} {} within {:g} s; {}", name,
-                                              file_->joints[condition.joint].name, condition.above ? "above" : "below",
-                                              condition.value * per_si, unit, condition.within_s, was));
+    return at_step(Errc::timeout, fmt::format("{} within {:g} s; {}", to_words(*file_, condition, "was not"),
+                                              condition.within_s, was));
 }
 
 void SequencePlayer::finish_step(Duration at)
@@ -263,7 +271,8 @@ void SequencePlayer::end(Status status)
 Error SequencePlayer::at_step(Errc code, std::string_view says) const
 {
     Error error{.code = code};
-    error.detail = fmt::format("{}:{}:{}: {}", file_->path, step_->at.line, step_->at.column, says);
+    const config::Mark at = step_->at;
+    error.detail = at.line > 0 ? fmt::format("{}:{}:{}: {}", file_->path, at.line, at.column, says) : std::string{says};
     return error;
 }
 

@@ -6,9 +6,14 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace sinew::robot {
+
+/// "the current of gripper is above 0.3 A", with "is" as the verb.
+std::string to_words(const config::RobotFile& file, const config::Condition& condition, std::string_view verb);
 
 /// Plays a sequence of a robot file: states and time go in, targets come out. Pure: no I/O, no clock of its own, no
 /// heap after it was made but for the sentence of an error. One thread.
@@ -39,7 +44,8 @@ public:
     };
 
     /// File and sequence must outlive it; the sequence is one of the file, or calls none.
-    SequencePlayer(const config::RobotFile& file, const config::Sequence& sequence);
+    /// `speed`: share of the fastest motions, above 0 up to 1.
+    SequencePlayer(const config::RobotFile& file, const config::Sequence& sequence, double speed = 1.0);
 
     /// What is to be done now. `states`: of all joints in the order of the file, in joint units. After the end it says
     /// the same again.
@@ -88,6 +94,7 @@ private:
     Error at_step(Errc code, std::string_view says) const;
 
     const config::RobotFile* file_;
+    double speed_ = 1.0;
     std::array<Frame, config::deepest_nesting> frames_{};
     std::size_t depth_ = 0;
     Phase phase_ = Phase::between;

@@ -1,0 +1,100 @@
+#include "apps/cli/robot_session.hpp"
+
+#include "apps/cli/device.hpp"
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/session.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+/// Of every bus that has one.
+std::vector<std::string> links_of(const config::RobotFile& file, const robot::OpenOptions& options)
+{
+    std::vector<std::string> all;
+    for (const config::Bus& bus : file.buses) {
+        const auto given = options.links.find(bus.name);
+        if (given != options.links.end())
+            all.push_back(given->second);
+        else if (options.simulated)
+            all.push_back(fmt::format("sim:{}#{}", file.path, bus.name));
+        else if (bus.link)
+            all.push_back(bus.link->value);
+    }
+    return all;
+}
+
+bool is_simulated(const std::string& link)
+{
+    return link.starts_with("sim:");
+}
+
+} // namespace
+
+std::vector<Option> with_robot_options(std::vector<Option> before)
+{
+    before.push_back({"--robot", "FILE", "the robot file (or SINEW_ROBOT)"});
+    before.push_back(link_option);
+    before.push_back({"--sim", "", "in a simulator within the command, in virtual time; does not ask"});
+    before.push_back(yes_option);
+    before.push_back(json_option);
+    return before;
+}
+
+std::expected<config::RobotFile, Error> robot_file(const Words& words)
+{
+    const auto path = robot_path(words);
+    if (!path)
+        return fail(Errc::bad_argument, "which robot? Name its file with --robot FILE or in SINEW_ROBOT");
+    return config::read_robot_file(*path);
+}
+
+RobotSession::RobotSession() : links_(link::Links::system())
+{
+    sim::add(links_, worlds_);
+    catch_interrupts();
+}
+
+std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Words& words, config::RobotFile file)
+{
+    std::unique_ptr<RobotSession> out(new RobotSession);
+    robot::OpenOptions options{.simulated = words.has("--sim")};
+    auto links = given_links(words, file);
+    if (!links)
+        return std::unexpected(links.error());
+    options.links = std::move(*links);
+    const auto settings = bus_settings();
+    if (!settings)
+        return std::unexpected(settings.error());
+    options.settings = *settings;
+    const auto all = links_of(file, options);
+    if (std::ranges::none_of(all, is_simulated)) {
+        auto guardian = robot::Guardian::start();
+        if (!guardian)
+            return std::unexpected(guardian.error());
+        options.guardian = &out->guardian_.emplace(std::move(*guardian));
+    }
+    link::Clock* clock = &out->real_;
+    for (const std::string& link : all) {
+        const auto needed = sim::clock_for(link, out->real_, out->worlds_);
+        if (!needed)
+            return std::unexpected(needed.error());
+        clock = *needed != &out->real_ ? *needed : clock;
+    }
+    auto robot = robot::Robot::open(std::move(file), out->links_, *clock, std::move(options));
+    if (!robot)
+        return std::unexpected(robot.error());
+    out->robot_.emplace(std::move(*robot));
+    return out;
+}
+
+void RobotSession::tell_incidents()
+{
+    const auto all = robot_->incidents();
+    for (; told_ < all.size(); ++told_)
+        fmt::print(stderr, "sinew: {}\n", all[told_].says);
+}
+
+} // namespace sinew::cli

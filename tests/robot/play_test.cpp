@@ -1,0 +1,222 @@
+#include "sinew/robot/play.hpp"
+
+#include "sinew/robot/pose.hpp"
+#include "tests/robot/rig.hpp"
+
+#include <array>
+#include <gtest/gtest.h>
+#include <map>
+
+/// Poses, sequences and synchronised moves of simulated robots.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+using Status = SequencePlayer::Status;
+
+std::string said(const std::expected<Status, Error>& result)
+{
+    return result ? std::string() : to_sentence(result.error());
+}
+
+constexpr std::string_view pair = R"(
+version = 1
+[bus.left]
+family = "sam"
+[bus.legs]
+family = "rmd"
+[joint.elbow]
+bus = "left"
+id = 3
+model = "SAM-160EO200"
+position_min_deg = -5
+position_max_deg = 140
+velocity_max_deg_s = 120
+[joint.knee]
+bus = "legs"
+id = 2
+model = "MG"
+profile = "rmd-2.35"
+velocity_max_deg_s = 180
+[pose.up]
+elbow_deg = 80
+knee_deg = 90
+[pose.down]
+elbow_deg = 0
+knee_deg = 0
+)";
+
+config::RobotFile pair_with(std::string_view steps)
+{
+    return file_of(std::string(pair) + "[sequence.test]\nsteps = [" + std::string(steps) + "]\n");
+}
+
+TEST(Play, TheSequenceOfTheDemoRobotPlaysToItsEnd)
+{
+    Rig rig(demo());
+    rig.enable();
+    std::map<std::string, double> furthest_deg;
+    PlayOptions options;
+    options.each = [&](const SequencePlayer&) {
+        for (const auto* joint : {"elbow", "shoulder_pitch", "wrist_yaw", "neck_yaw"})
+            furthest_deg[joint] = std::max(furthest_deg[joint], std::abs(units::deg(rig.truth_rad(joint))));
+    };
+    const TimePoint begun = rig.now();
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("wave"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_EQ(*played, Status::done);
+    EXPECT_NEAR(furthest_deg["elbow"], 90.0, 1.0);
+    EXPECT_NEAR(furthest_deg["shoulder_pitch"], 60.0, 1.0);
+    EXPECT_NEAR(furthest_deg["wrist_yaw"], 25.0, 1.0);
+    EXPECT_NEAR(furthest_deg["neck_yaw"], 20.0, 1.0);
+    for (const config::JointTarget& target : rig.robot->file().find_pose("stand")->targets) {
+        const Joint& joint = rig.robot->joints()[target.joint];
+        EXPECT_NEAR(units::deg(rig.truth_rad(joint)), units::deg(target.position_rad), 0.6) << joint.name();
+    }
+    EXPECT_LT(rig.now() - begun, 20s);
+    EXPECT_TRUE(rig.robot->incidents().empty()) << rig.robot->incidents()[0].says;
+    EXPECT_TRUE(rig.robot->enabled());
+}
+
+TEST(Play, JointsOfAllFamiliesArriveTogether)
+{
+    Rig rig(demo());
+    rig.enable();
+    const std::array<NamedTarget, 3> targets{
+        {{"elbow", units::rad(90)}, {"waist_yaw", units::rad(45)}, {"left_knee", units::rad(60)}}};
+    std::map<std::string, TimePoint> arrived;
+    PlayOptions options;
+    options.each = [&](const SequencePlayer&) {
+        for (const auto& target : targets)
+            if (std::abs(rig.truth_rad(target.joint) - target.position_rad) > units::rad(1.0))
+                arrived[target.joint] = rig.now();
+    };
+    const TimePoint begun = rig.now();
+    const auto moved = move(*rig.robot, targets, {}, options);
+    ASSERT_TRUE(moved) << said(moved);
+    // The waist is the slowest: 45 degrees at 60 deg/s.
+    for (const auto& target : targets) {
+        EXPECT_NEAR(units::deg(rig.truth_rad(target.joint)), units::deg(target.position_rad), 0.6) << target.joint;
+        EXPECT_NEAR(seconds(arrived[target.joint] - begun), 45.0 / 57.0 + 0.35, 0.25) << target.joint;
+    }
+}
+
+TEST(Play, AStreamedMotionStaysBelowTheLimitsOfItsJoint)
+{
+    Rig rig(pair_with(R"({pose = "up"}, {pose = "down"})"));
+    rig.enable();
+    double fastest = 0.0;
+    PlayOptions options;
+    options.each = [&](const SequencePlayer&) { fastest = std::max(fastest, std::abs(rig.truth_rad_s("elbow"))); };
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_LT(units::deg(fastest), 120.0 * 1.1);
+    EXPECT_GT(units::deg(fastest), 100.0);
+}
+
+TEST(Play, AStopSlowsDownAndLeavesTheRobotHolding)
+{
+    Rig rig(pair_with(R"({repeat = "forever", steps = [{pose = "up"}, {pose = "down"}]})"));
+    rig.enable();
+    PlayOptions options;
+    const TimePoint stop_at = rig.now() + 500ms;
+    options.stop_asked = [&] { return rig.now() >= stop_at; };
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_EQ(*played, Status::stopped);
+    EXPECT_LT(rig.now() - stop_at, 600ms);
+    const double there = rig.truth_rad("elbow");
+    EXPECT_GT(units::deg(there), 5.0);
+    EXPECT_LT(units::deg(there), 79.0);
+    ASSERT_TRUE(rig.run(500ms));
+    EXPECT_NEAR(rig.truth_rad("elbow"), there, units::rad(0.6));
+    EXPECT_TRUE(rig.robot->enabled());
+}
+
+TEST(Play, AGripperThatMeetsSomethingStopsThere)
+{
+    auto file = file_of(R"(
+version = 1
+[bus.left]
+family = "sam"
+[joint.elbow]
+bus = "left"
+id = 3
+model = "SAM-160EO200"
+velocity_max_deg_s = 60
+[joint.elbow.plant]
+stop_max_deg = 40
+[sequence.grip]
+steps = [{move = {elbow_deg = 90}, speed = 0.5, until = {joint = "elbow", current_above_a = 1, within_s = 5}}]
+)");
+    Rig rig(file);
+    rig.enable();
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("grip"));
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_EQ(*played, Status::done);
+    EXPECT_NEAR(units::deg(rig.truth_rad("elbow")), 40.0, 2.0);
+    EXPECT_LT(units::deg(*rig.robot->find("elbow")->command().position_rad), 70.0);
+}
+
+TEST(Play, AConditionThatIsNeverMetIsAnErrorWithItsPlace)
+{
+    Rig rig(pair_with(R"({until = {joint = "elbow", position_above_deg = 10, within_s = 1}}, {pose = "up"})"));
+    rig.enable();
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"));
+    ASSERT_FALSE(played);
+    EXPECT_EQ(played.error().code, Errc::timeout);
+    EXPECT_EQ(to_sentence(played.error()).substr(0, 16), "robot.toml:27:10") << to_sentence(played.error());
+    EXPECT_NEAR(rig.truth_rad("elbow"), 0.0, 0.01);
+}
+
+TEST(Play, AFaultOfAJointEndsTheSequenceAndStopsTheRobot)
+{
+    Rig rig(pair_with(R"({repeat = "forever", steps = [{pose = "up"}, {pose = "down"}]})"));
+    rig.enable();
+    PlayOptions options;
+    bool pulled = false;
+    const TimePoint pull_at = rig.now() + 400ms;
+    options.each = [&](const SequencePlayer&) {
+        if (!pulled && rig.now() >= pull_at) {
+            rig.inject(sim::FaultKind::unplug, "elbow");
+            pulled = true;
+        }
+    };
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_FALSE(played);
+    EXPECT_FALSE(rig.robot->enabled());
+    EXPECT_NE(to_sentence(played.error()).find("elbow"), std::string::npos) << to_sentence(played.error());
+}
+
+TEST(Play, AMoveSaysWhatIsWrongBeforeAnythingMoves)
+{
+    Rig rig(pair_with(R"({wait_s = 1})"));
+    rig.enable();
+    const auto complaint = [&](std::vector<NamedTarget> targets, std::optional<Duration> duration = {}) {
+        return said(move(*rig.robot, targets, duration));
+    };
+    EXPECT_EQ(complaint({{"knee", 0.1}, {"elbwo", 1.0}}), "the robot has no joint 'elbwo', did you mean elbow?");
+    EXPECT_NE(complaint({{"knee", 0.1}, {"elbow", 9.0}}).find("140"), std::string::npos);
+    EXPECT_EQ(complaint({{"knee", 0.1}, {"knee", 0.2}}), "knee can only go to one place at a time");
+    EXPECT_NE(complaint({{"knee", 3.0}}, 100ms).find("knee: this motion cannot take 0.1 s; it can take 1."),
+              std::string::npos);
+    EXPECT_NEAR(rig.truth_rad("knee"), 0.0, 0.01);
+    EXPECT_EQ(complaint({}), "");
+    EXPECT_EQ(said(play(*rig.robot, *rig.robot->file().find_sequence("test"), {.speed = 0.0})),
+              "the speed of a sequence is a share above 0 up to 1");
+}
+
+TEST(Play, AtAThirdOfTheSpeedAPoseTakesThreeTimesAsLong)
+{
+    Rig rig(pair_with(R"({wait_s = 1})"));
+    rig.enable();
+    const TimePoint begun = rig.now();
+    ASSERT_TRUE(play(*rig.robot, sequence_of(*rig.robot->file().find_pose("up"))));
+    const TimePoint there = rig.now();
+    ASSERT_TRUE(play(*rig.robot, sequence_of(*rig.robot->file().find_pose("down")), {.speed = 1.0 / 3.0}));
+    EXPECT_NEAR(seconds(rig.now() - there) / seconds(there - begun), 3.0, 0.15);
+    EXPECT_NEAR(rig.truth_rad("knee"), 0.0, 0.02);
+}
+
+} // namespace
+} // namespace sinew::robot::test
