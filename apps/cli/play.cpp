@@ -102,6 +102,7 @@ public:
 
     void show(const robot::SequencePlayer& player)
     {
+        delayed_ = player.delayed();
         const Step* step = player.step();
         if (step == nullptr || player.steps_begun() == shown_)
             return;
@@ -113,6 +114,16 @@ public:
         }
         fmt::print("{:8.2f} s  {}\n", time_s(), text);
         std::fflush(stdout);
+    }
+
+    /// A motion that was not as quick as planned.
+    void tell_delay() const
+    {
+        constexpr Duration unnoticed = std::chrono::milliseconds(100);
+        if (delayed_ > unnoticed)
+            fmt::print(stderr,
+                       "sinew: it took {:.2f} s longer than planned; this machine, a bus or step_max_deg is too slow\n",
+                       seconds(delayed_));
     }
 
     /// The first Ctrl-C slows down, the second one stops the robot.
@@ -146,6 +157,7 @@ private:
     robot::Robot& robot_;
     TimePoint begin_;
     std::uint64_t shown_ = 0;
+    Duration delayed_{};
     bool asked_ = false;
 };
 
@@ -187,6 +199,7 @@ Outcome run(const Words& words)
     options.stop_asked = [&] { return reporter.stop_asked(); };
     const auto played = robot::play(robot, *sequence, options);
     (*session)->tell_incidents();
+    reporter.tell_delay();
     if (!played)
         return std::unexpected(played.error());
     reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");

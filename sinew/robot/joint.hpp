@@ -48,6 +48,9 @@ public:
     /// The command stands as it is: counts as said again.
     void renew() { commanded_at_ = now(); }
     const Command& command() const { return command_; }
+    /// The position nearest to this one that `set` would take without a velocity now: what lies further is reached in
+    /// the cycles after.
+    double nearest_step_rad(double position_rad) const { return guard_.nearest_step_rad(position_rad, now()); }
 
     /// What was measured last, each value with its time.
     const State& state() const { return state_; }

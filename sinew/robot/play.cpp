@@ -2,6 +2,7 @@
 
 #include "sinew/actuator/check.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/pose.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@ namespace {
 
 using Status = SequencePlayer::Status;
 
+constexpr double longest_lag_s = 0.02;
 constexpr double near_rad = units::rad(0.5);
 constexpr Duration longest_trail = std::chrono::milliseconds{500}; ///< a joint that carries a load may never be nearer
 
@@ -65,7 +67,7 @@ private:
         const bool plans_itself = can.timed && can.timing == actuator::Timing::by_device;
         std::expected<void, Error> set;
         if (!plans_itself)
-            set = joint.set({.mode = Mode::position, .position_rad = player_.targets()[index]->position_rad});
+            set = stream(joint, player_.targets()[index]->position_rad);
         else if (sent_ == player_.motions())
             joint.renew();
         else
@@ -74,6 +76,15 @@ private:
             refused_ = std::move(set.error());
             player_.stop();
         }
+    }
+
+    /// What a late loop or a slow bus leaves behind is made up for before the motion goes on.
+    std::expected<void, Error> stream(Joint& joint, double target_rad)
+    {
+        const double step_rad = joint.nearest_step_rad(target_rad);
+        if (std::abs(target_rad - step_rad) > motion_limits(joint.file()).velocity_rad_s * longest_lag_s)
+            player_.wait();
+        return joint.set({.mode = Mode::position, .position_rad = step_rad});
     }
 
     /// A motion as a whole.
@@ -112,7 +123,7 @@ private:
         const auto joints = robot_.joints();
         for (std::size_t i = 0; i < joints.size(); ++i)
             if (const auto& target = player_.targets()[i]) {
-                joints[i].renew();
+                send(joints[i], i);
                 const auto& at = joints[i].state().position_rad;
                 all = all && at && std::abs(*at - target->position_rad) <= near_rad;
             }

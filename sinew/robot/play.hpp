@@ -20,7 +20,8 @@ struct PlayOptions {
 inline constexpr double speed_kept = 0.95;
 
 /// Plays a sequence of the robot's file on an enabled robot, until its end. Targets are streamed at the rate of each
-/// bus; a device that plans timed moves itself, ramps included, gets each motion as one. Afterwards the joints hold
+/// bus, in steps that its joint may take; a motion waits for a joint that has fallen behind. A device that plans timed
+/// moves itself, ramps included, gets each motion as one. Afterwards the joints hold
 /// where they are; it returns when they are within half a degree of that, or after half a second. `done` or `stopped`;
 /// an error when the sequence fails (see `SequencePlayer::error`; what moved has slowed down), when a command is
 /// refused (likewise), or when something stops the robot.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace sinew::robot {
 namespace {
@@ -79,8 +80,10 @@ SequencePlayer::Status SequencePlayer::next(TimePoint now, States states)
 {
     if (phase_ == Phase::ended)
         return status_;
-    if (called_at_)
-        time_ += std::clamp(now - *called_at_, Duration{}, longest_step);
+    const Duration passed = called_at_ ? std::max(Duration{}, now - *called_at_) : Duration{};
+    const Duration gone_on = std::exchange(waits_, false) ? Duration{} : std::min(passed, longest_step);
+    time_ += gone_on;
+    delayed_ += passed - gone_on;
     called_at_ = now;
     if (stop_asked_ && phase_ != Phase::slowing_down)
         slow_down(Status::stopped);

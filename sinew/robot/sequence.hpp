@@ -53,6 +53,11 @@ public:
     /// Ends it from the next call on: what moves slows down first.
     void stop() { stop_asked_ = true; }
 
+    /// The next call does not go on, for joints that have fallen behind.
+    void wait() { waits_ = true; }
+    /// How much later the sequence is than planned, by a late loop and by `wait`.
+    Duration delayed() const { return delayed_; }
+
     /// Where each joint of the file is to be now; nothing: the sequence has not moved it yet.
     std::span<const std::optional<Setpoint>> targets() const { return targets_; }
     /// The motion on its way, for devices that can plan one themselves; empty: all stand.
@@ -105,7 +110,9 @@ private:
 
     std::optional<TimePoint> called_at_;
     TimePoint step_call_at_{}; ///< the call in which the step began: older measurements say nothing about it
-    Duration time_{};          ///< of the sequence: stands still while the loop is late
+    bool waits_ = false;
+    Duration delayed_{};
+    Duration time_{}; ///< of the sequence: stands still while the loop is late
     Duration step_begun_{}, motion_begun_{}, motion_duration_{}; ///< in that time
 
     const config::Step* step_ = nullptr;

@@ -221,7 +221,21 @@ TEST(SequencePlayer, ALateLoopDelaysTheMotionInsteadOfLettingItLeap)
     EXPECT_EQ(stage.player.next(stage.now, stage.states), Status::running);
     stage.follow();
     EXPECT_LE(stage.longest_leap_deg, 100.0 * 0.0501);
+    EXPECT_EQ(stage.player.delayed(), 10s + 10ms - 50ms - 10ms);
     EXPECT_EQ(stage.run(), Status::done);
+}
+
+TEST(SequencePlayer, ACallThatWaitsDoesNotGoOn)
+{
+    Stage stage(R"({pose = "ready"})");
+    stage.run(600ms);
+    const double there = stage.shown[0];
+    stage.player.wait();
+    stage.run(10ms);
+    EXPECT_EQ(stage.shown[0], there);
+    EXPECT_EQ(stage.player.delayed(), 10ms);
+    stage.run(10ms);
+    EXPECT_GT(stage.shown[0], there);
 }
 
 TEST(SequencePlayer, AConditionIsWaitedFor)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 
 namespace sinew::robot {
@@ -128,6 +129,16 @@ std::expected<void, Error> Supervisor::check_step(const Command& command, TimePo
                                   "may be {:.2f} deg now; send smaller steps, or name a velocity",
                                   deg(step), deg(*rules_.limits.velocity_max_rad_s), deg(allowance_rad(now))));
     return {};
+}
+
+double Supervisor::nearest_step_rad(double position_rad, TimePoint now) const
+{
+    if (!reference_rad_)
+        return position_rad;
+    double most = rules_.limits.step_max_rad.value_or(std::numeric_limits<double>::infinity());
+    if (!limits_velocity_ && rules_.limits.velocity_max_rad_s)
+        most = std::min(most, allowance_rad(now));
+    return *reference_rad_ + std::clamp(position_rad - *reference_rad_, -most, most);
 }
 
 /// Of a command without end.

@@ -56,6 +56,9 @@ public:
     /// greatest one where the device keeps to it. `out_of_range` and `unsupported` with the limit and the value.
     std::expected<actuator::Command, Error> admit(const actuator::Command& command, const actuator::State& state,
                                                   TimePoint now) const;
+    /// The position nearest to this one that may be reached at once now, as far as steps go: for streams, which a late
+    /// loop must not end.
+    double nearest_step_rad(double position_rad, TimePoint now) const;
     /// The position that is being sent in this cycle.
     void sent(double position_rad, TimePoint now);
     /// The position that moves begin at: the last that was sent, else the last that was measured.

@@ -1,4 +1,4 @@
-#include "sinew/config/robot_file.hpp"
+#include "sinew/config/pose_edit.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/robot/sequence.hpp"
 #include "tests/fuzz/check.hpp"
@@ -29,6 +29,21 @@ void play(const sinew::config::RobotFile& file, const sinew::config::Sequence& s
         SINEW_CLAIM(!to_sentence(player.error()).empty());
 }
 
+/// A pose of it gets another angle, or a new one comes: then it can be read and has it.
+void teach(std::string_view text, const sinew::config::RobotFile& file)
+{
+    if (file.joints.empty())
+        return;
+    const auto& joint = file.joints.front();
+    const std::string pose = file.poses.empty() ? "taught" : file.poses.front().name;
+    const sinew::config::NewTarget target{joint.name, joint.position_min_rad.value_or(0.0)};
+    const auto changed = sinew::config::with_pose(text, "robot.toml", pose, {&target, 1});
+    if (!changed)
+        SINEW_CLAIM(!to_sentence(changed.error()).empty());
+    else
+        SINEW_CLAIM(sinew::config::parse_robot_file(*changed, "robot.toml")->find_pose(pose) != nullptr);
+}
+
 } // namespace
 
 /// Any text as a robot file, read and worked out.
@@ -50,6 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
     for (const auto& sequence : file->sequences)
         play(*file, sequence);
+    teach(text, *file);
     const auto robot = sinew::resolve(*file);
     if (!robot) {
         SINEW_CLAIM(!to_sentence(robot.error()).empty());

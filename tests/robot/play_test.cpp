@@ -114,6 +114,48 @@ TEST(Play, AStreamedMotionStaysBelowTheLimitsOfItsJoint)
     EXPECT_GT(units::deg(fastest), 100.0);
 }
 
+TEST(Play, ALateLoopLeavesJointsBehindForAMomentAndGoesOn)
+{
+    Rig rig(pair_with(R"({pose = "up"}, {pose = "down"})"));
+    rig.enable();
+    PlayOptions options;
+    int turns = 0;
+    double fastest = 0.0;
+    options.each = [&](const SequencePlayer&) {
+        // Between the target and its sending, and now and then for longer than a step may be counted.
+        rig.simulator->clock().wait({}, rig.now() + (++turns % 7 == 0 ? 120ms : 8ms));
+        fastest = std::max(fastest, std::abs(rig.truth_rad_s("elbow")));
+    };
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_EQ(*played, Status::done);
+    EXPECT_NEAR(units::deg(rig.truth_rad("elbow")), 0.0, 0.6);
+    EXPECT_LT(units::deg(fastest), 120.0 * 1.3);
+}
+
+TEST(Play, SmallStepsMakeAMotionLongerForAllJoints)
+{
+    auto file = pair_with(R"({pose = "up"})");
+    file.joints[0].step_max_rad = units::rad(0.5); // 50 deg/s
+    Rig rig(file);
+    rig.enable();
+    PlayOptions options;
+    Duration delayed{};
+    double most = 0.0;
+    options.each = [&](const SequencePlayer& player) {
+        delayed = player.delayed();
+        const double elbow = rig.truth_rad("elbow") / units::rad(80), knee = rig.truth_rad("knee") / units::rad(90);
+        most = std::max(most, std::abs(elbow - knee));
+    };
+    const TimePoint begun = rig.now();
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_NEAR(units::deg(rig.truth_rad("elbow")), 80.0, 0.6);
+    EXPECT_GT(seconds(rig.now() - begun), 80.0 / 50.0);
+    EXPECT_GT(delayed, 400ms);
+    EXPECT_LT(most, 0.2) << "they go together";
+}
+
 TEST(Play, AStopSlowsDownAndLeavesTheRobotHolding)
 {
     Rig rig(pair_with(R"({repeat = "forever", steps = [{pose = "up"}, {pose = "down"}]})"));
