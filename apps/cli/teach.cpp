@@ -245,7 +245,7 @@ Verb teach_verb()
                 {{"--joint", "NAME", "only this one; without it those of the pose, or all for a new one", true},
                  {"--limp", "", "leave the joints without torque afterwards; else they hold"}}),
             .examples = {{"sinew teach ready --robot arm.toml", "move the arm, then press Enter"},
-                         {"sinew teach grip --joint gripper --robot arm.toml", "one joint"}},
+                         {"sinew teach closed --joint gripper --robot arm.toml", "one joint"}},
             .run = run,
             .more = "Only the lines of that pose in the robot file are changed. Ctrl-C writes nothing, and the joints "
                     "hold."};

@@ -8,7 +8,7 @@ import stat
 import tempfile
 import unittest
 
-from support import Simulator, Terminal, sinew
+from support import DEMO, Simulator, Terminal, sinew
 
 ARM = """# my arm
 version = 1
@@ -70,6 +70,19 @@ class Files(unittest.TestCase):
     def rows(self, *words, code=0):
         done = sinew(*words, "--robot", self.arm, "--sim", "--json", code=code)
         return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+class Help(Files):
+    def test_its_examples_run_with_the_demo_robot(self):
+        with open(DEMO, encoding="utf-8") as file:
+            self.arm = self.write(file.read())
+        for verb, count in (("play", 3), ("teach", 2)):
+            lines = re.findall(rf"^ +sinew ({verb} .*)$", sinew(verb, "--help").stdout, re.M)
+            self.assertEqual(len(lines), count)
+            for line in lines:
+                words = [self.arm if word == "arm.toml" else word for word in line.split()]
+                sinew(*words, *([] if "--sim" in words else ["--sim"]), text="\n")
+        self.assertIn("[pose.closed]\ngripper_deg = ", self.read())
 
 
 class Play(Files):
