@@ -109,8 +109,10 @@ std::expected<void, Error> Core::exchange(std::string_view what)
         for (std::size_t i = 0; i < line->results().size(); ++i)
             if (const auto& result = line->results()[i]; !result.good) {
                 Error why = result.error;
-                why.detail = fmt::format("{} of bus {}: {}", line->owner(i).name(), line->bus().name(),
-                                         why.detail.empty() ? what : std::string_view(why.detail));
+                why.detail = fmt::format("{} of bus {}, {}: {}", line->owner(i).name(), line->bus().name(), what,
+                                         to_sentence(result.error));
+                why.message = {};
+                why.id = -1;
                 return std::unexpected(std::move(why));
             }
     return {};
@@ -189,6 +191,9 @@ std::expected<void, Error> Core::enable()
         if (!joint.raw_.position_rad)
             return fail(Errc::bad_reply,
                         fmt::format("{} does not tell where it is, so it cannot be held to its limits", joint.name()));
+    // From here on every joint is to hold, and a stop must not let go what a device held before.
+    for (Joint& joint : joints)
+        joint.command_ = {.mode = Mode::hold};
     if (auto watched = hand_over(); !watched)
         return watched;
     if (auto done = switch_all_on(); !done)
@@ -203,8 +208,11 @@ std::expected<void, Error> Core::enable()
         joint.begin(now);
         joint.full_at_ = joint.check_at_ = now + std::chrono::milliseconds{20} * static_cast<int>(i + 1);
     }
-    for (auto& line : lines)
+    for (auto& line : lines) {
         line->forgive();
+        line->prepare_stop();
+        tell_the_guardian(*line);
+    }
     fault.reset();
     enabled = true;
     return {};

@@ -157,6 +157,23 @@ TEST(Safety, ALostLinkStopsTheOtherBuses)
     EXPECT_TRUE(rig.run(200ms).has_value());
 }
 
+TEST(Safety, WhatStopsARobotIsReadyBeforeItsFirstCycle)
+{
+    const auto names = [](const Robot& robot) {
+        std::vector<std::string> out;
+        for (std::size_t bus = 0; bus < robot.buses().size(); ++bus)
+            for (const auto& request : robot.stop_requests(bus))
+                out.push_back(fmt::format("{} to {}", request.message->name(), request.id));
+        return out;
+    };
+    Rig rig(demo());
+    rig.enable();
+    const auto before = names(*rig.robot);
+    EXPECT_GE(before.size(), rig.robot->joints().size());
+    ASSERT_TRUE(rig.robot->cycle());
+    EXPECT_EQ(before, names(*rig.robot)) << "a robot that holds was let go";
+}
+
 TEST(Safety, AStopReachesEveryJointAndSaysSo)
 {
     for (const std::string_view policy : {"hold", "release", "brake"}) {
