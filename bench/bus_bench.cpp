@@ -1,3 +1,4 @@
+#include "bench/loop_bench.hpp"
 #include "sinew/bus/bus.hpp"
 #include "sinew/family/nuri/framing.hpp"
 #include "sinew/family/nuri/messages.hpp"
@@ -11,9 +12,14 @@
 #include <functional>
 #include <vector>
 
-/// bus_bench [ROUNDS]: what the bus adds to the bare ping-pong of the same bytes (write, ppoll, read) on a pseudo
-/// terminal, and what a cycle of many motors costs over a socket that stands in for CAN. Each round measures all of it,
-/// the floor twice; printed are medians over the rounds with the spread, as ratios to the floor of the same round.
+/// bus_bench [ROUNDS] [--loop SECONDS]: what the bus adds to the bare ping-pong of the same bytes (write, ppoll, read)
+/// on a pseudo terminal, and what a cycle of many motors costs over a socket that stands in for CAN, beside the bare
+/// sendmmsg, ppoll and recvmmsg of the same frames. Each round measures all of it, the floor twice; printed are medians
+/// over the rounds with the spread, as ratios to the floor of the same round. Then the loop of `loop_bench.hpp`.
+///
+/// The device process of the socket takes all frames that are there with one recvmmsg and answers them with one
+/// sendmmsg, so that it costs a cycle no more than it must: what is measured is the host. A packet is a frame, as on a
+/// CAN socket; the kernel copies each of them four times, and that is most of a cycle.
 namespace {
 
 using namespace sinew;
@@ -127,9 +133,46 @@ void serial(int rounds, Duration after)
     of_floor.print("floor again / floor");
 }
 
+/// So many frames out with one call and back with as few as it takes, and nothing else.
+class BareCycle
+{
+public:
+    explicit BareCycle(int fd) : fd_(fd)
+    {
+        for (std::size_t i = 0; i < frames_.size(); ++i) {
+            frames_[i].can_id = static_cast<canid_t>(0x141 + i);
+            frames_[i].len = 8;
+            places_[i] = {&frames_[i], sizeof frames_[i]};
+            messages_[i].msg_hdr.msg_iov = &places_[i];
+            messages_[i].msg_hdr.msg_iovlen = 1;
+        }
+    }
+    void run(std::size_t size)
+    {
+        if (::sendmmsg(fd_, messages_.data(), static_cast<unsigned>(size), MSG_NOSIGNAL) < 0)
+            fail_with("the socket takes nothing");
+        for (std::size_t count = 0; count < size;) {
+            pollfd polled{.fd = fd_, .events = POLLIN, .revents = 0};
+            const timespec limit{.tv_sec = 1, .tv_nsec = 0};
+            ::ppoll(&polled, 1, &limit, nullptr);
+            const int got =
+                ::recvmmsg(fd_, messages_.data(), static_cast<unsigned>(messages_.size()), MSG_DONTWAIT, nullptr);
+            count += got > 0 ? static_cast<std::size_t>(got) : 0;
+        }
+    }
+
+private:
+    int fd_;
+    std::array<can_frame, 64> frames_{};
+    std::array<iovec, 64> places_{};
+    std::array<mmsghdr, 64> messages_{};
+};
+
 void cycles(int rounds)
 {
     const auto peer = support::Peer::on_socket();
+    const auto bare_peer = support::Peer::on_socket();
+    BareCycle bare(bare_peer.fd);
     link::RealClock clock;
     std::unique_ptr<link::CanLink> link = std::make_unique<support::SocketFrames>(peer.fd, clock);
     bus::Bus bus("bench", link::AnyLink{std::move(link)}, clock, rmd::protocol());
@@ -147,25 +190,45 @@ void cycles(int rounds)
                        })
             .p50_us;
     };
-    std::vector<double> twelve;
-    std::vector<double> thirty_two;
+    const auto bare_cycle = [&](std::size_t size) { return measure(1000, [&, size] { bare.run(size); }).p50_us; };
+    constexpr std::array<std::size_t, 3> sizes{1, 12, 32};
+    std::array<std::vector<double>, 3> us, to_one, bare_to_one, to_bare, bare_to_bare;
     for (int i = 0; i < rounds; ++i) {
-        const double one = cycle(1);
-        twelve.push_back(cycle(12) / one);
-        thirty_two.push_back(cycle(32) / one);
+        std::array<double, 3> ours{}, floor{};
+        for (std::size_t k = 0; k < sizes.size(); ++k) {
+            floor[k] = bare_cycle(sizes[k]);
+            ours[k] = cycle(sizes[k]);
+            bare_to_bare[k].push_back(bare_cycle(sizes[k]) / floor[k]);
+            us[k].push_back(ours[k]);
+            to_one[k].push_back(ours[k] / ours[0]);
+            bare_to_one[k].push_back(floor[k] / floor[0]);
+            to_bare[k].push_back(ours[k] / floor[k]);
+        }
     }
-    fmt::print("socket, a cycle / one exchange (p50): 12 motors {}, 32 motors {}\n", Ratio::spread(twelve),
-               Ratio::spread(thirty_two));
+    fmt::print("socket, a cycle (p50)         {:>20} {:>18} {:>18} {:>18} {:>18}\n", "us", "/ one", "bare: / one",
+               "bus / bare", "floor again");
+    for (std::size_t k = 0; k < sizes.size(); ++k)
+        fmt::print("  {:>2} motors                   {:>20} {:>18} {:>18} {:>18} {:>18}\n", sizes[k],
+                   Ratio::spread(us[k]), Ratio::spread(to_one[k]), Ratio::spread(bare_to_one[k]),
+                   Ratio::spread(to_bare[k]), Ratio::spread(bare_to_bare[k]));
 }
 
 } // namespace
 
 int main(int argc, char** argv)
 {
-    const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 15;
+    int rounds = 15;
+    int loop_seconds = 6;
+    for (int i = 1; i < argc; ++i)
+        if (std::string_view(argv[i]) == "--loop" && i + 1 < argc)
+            loop_seconds = std::max(0, std::atoi(argv[++i]));
+        else
+            rounds = std::max(1, std::atoi(argv[i]));
     fmt::print("\nbus, {} rounds: median (least-most)\n", rounds);
     serial(rounds, Duration{});
     serial(rounds, 250us);
     cycles(rounds);
+    if (loop_seconds > 0)
+        bench::print(bench::measure_loop(std::chrono::seconds(loop_seconds)));
     return 0;
 }
