@@ -106,6 +106,12 @@ void expect_same(const std::vector<Outcome>& plain, const std::vector<Outcome>& 
             << " ns apart";
 }
 
+/// So impatient that late answers come in the midst of later exchanges.
+bus::Settings impatient(bool paced)
+{
+    return {.margin_at_first = 3ms, .margin_least = 2ms, .late_max = 3ms, .read_retries = 1, .paced = paced};
+}
+
 constexpr int rounds = 300;
 constexpr int each = 25;
 
@@ -115,7 +121,91 @@ void add_choice(std::vector<wire::Request>& choice, int id, const M& message)
     choice.push_back(*wire::make_request(id, message, {}, 200us));
 }
 
-/// `reply(message of the request, id)` is the right answer.
+/// A wire behind an adapter that hands over what it heard in one piece, so that an answer comes whole.
+class PiecesRig final : public Port, private link::ByteSink
+{
+public:
+    using Answer = std::function<std::optional<sim::Answer>(std::span<const std::uint8_t> heard)>;
+
+    PiecesRig(WireClock& clock, const wire::Protocol& protocol, std::uint32_t bit_rate, bus::Settings settings,
+              Answer answer)
+        : clock_(clock), bit_rate_(bit_rate), answer_(std::move(answer))
+    {
+        auto made = std::make_unique<link::VirtualByteLink>(clock, static_cast<link::ByteSink&>(*this), bit_rate);
+        link_ = made.get();
+        clock.watch(*this);
+        bus.emplace("pieces", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, protocol,
+                    settings);
+    }
+    TimePoint next_event() const override
+    {
+        TimePoint next = TimePoint::max();
+        for (const auto& piece : pieces_)
+            next = std::min(next, piece.at);
+        return next;
+    }
+    void run_until(TimePoint until) override
+    {
+        for (TimePoint next = next_event(); next <= until; next = next_event()) {
+            const auto piece = std::ranges::find(pieces_, next, &Piece::at);
+            link_->deliver(piece->frame.bytes(), piece->at);
+            pieces_.erase(piece);
+        }
+    }
+    std::optional<TimePoint> next_arrival() const override { return link_->next_arrival(); }
+
+    std::optional<bus::Bus> bus;
+
+private:
+    struct Piece {
+        wire::Frame frame;
+        TimePoint at;
+    };
+    void on_write(std::span<const std::uint8_t> bytes, std::uint32_t) override
+    {
+        const auto answer = answer_(bytes);
+        if (!answer)
+            return;
+        const auto bits = 10 * static_cast<std::int64_t>(bytes.size() + answer->frame.size);
+        // No delay at all stands for what was on its way before the request.
+        const Duration after = answer->delay == Duration{} ? 1us : bit_time(bits, bit_rate_) + answer->delay;
+        pieces_.push_back({answer->frame, clock_.now() + after});
+    }
+
+    WireClock& clock_;
+    std::uint32_t bit_rate_;
+    Answer answer_;
+    link::VirtualByteLink* link_ = nullptr;
+    std::vector<Piece> pieces_;
+};
+
+/// The same with whole answers: those of both devices come from one place.
+template <class Reply>
+void compare_pieces(const wire::Protocol& protocol, std::span<const wire::Request> choice, Reply&& reply, bool paced)
+{
+    for (std::uint64_t round = 0; round < rounds; ++round) {
+        const std::uint64_t seed = test::seed() + round;
+        int good = 0;
+        const auto way = [&](bool long_way) {
+            WireClock clock;
+            std::mt19937_64 engine(seed + 1);
+            PiecesRig rig(clock, protocol, 9600, impatient(paced), [&](std::span<const std::uint8_t> heard) {
+                const auto asked = std::ranges::find(choice, wire::Frame::of(heard), &wire::Request::frame);
+                const auto dice = engine();
+                return asked == choice.end() ? std::nullopt : spoil(reply(asked->frame, asked->id), dice, false);
+            });
+            const auto outcomes = run(rig, long_way, choice, each, seed);
+            good += static_cast<int>(std::ranges::count(outcomes, true, &Outcome::good));
+            return outcomes;
+        };
+        expect_same(way(false), way(true), seed);
+        EXPECT_GT(good, 0);
+        if (testing::Test::HasFailure())
+            return;
+    }
+}
+
+/// `reply(request, id)` is the right answer.
 template <class Reply>
 void compare_serial(const wire::Protocol& protocol, std::uint32_t bit_rate, std::span<const wire::Request> choice,
                     Reply&& reply, bool paced)
@@ -124,7 +214,7 @@ void compare_serial(const wire::Protocol& protocol, std::uint32_t bit_rate, std:
         const std::uint64_t seed = test::seed() + round;
         const auto way = [&](bool long_way) {
             WireClock clock;
-            SerialRig rig(clock, protocol, bit_rate, {.paced = paced});
+            SerialRig rig(clock, protocol, bit_rate, impatient(paced));
             std::mt19937_64 engine(seed + 1);
             for (const int id : {3, 4})
                 rig.add(id, [&, id](const wire::Frame& heard, TimePoint) -> std::optional<sim::Answer> {
@@ -153,6 +243,8 @@ TEST(Plain, SamIsTheLongWay)
     };
     for (const bool paced : {true, false})
         compare_serial(sam::protocol(), 9600, choice, reply, paced);
+    for (const bool paced : {true, false})
+        compare_pieces(sam::protocol(), choice, reply, paced);
 }
 
 TEST(Plain, NuriIsTheLongWay)
@@ -169,6 +261,8 @@ TEST(Plain, NuriIsTheLongWay)
     };
     for (const bool paced : {true, false})
         compare_serial(nuri::protocol(), 9600, choice, reply, paced);
+    for (const bool paced : {true, false})
+        compare_pieces(nuri::protocol(), choice, reply, paced);
 }
 
 TEST(Plain, RmdIsTheLongWay)
@@ -182,7 +276,7 @@ TEST(Plain, RmdIsTheLongWay)
         const std::uint64_t seed = test::seed() + round;
         const auto way = [&](bool long_way) {
             WireClock clock;
-            CanRig rig(clock, 20'000);
+            CanRig rig(clock, 20'000, impatient(true));
             std::mt19937_64 engine(seed + 1);
             for (const int id : {3, 4})
                 rig.add(id, [&, id](const wire::Frame& heard, TimePoint) -> std::optional<sim::Answer> {
