@@ -52,6 +52,75 @@ std::string with_joint(std::string_view lines)
     return "version = 1\n[bus.left]\nfamily = \"sam\"\n[joint.elbow]\nbus = \"left\"\nid = 3\n" + std::string{lines};
 }
 
+TEST(RobotFile, HasWhatTheRobotHoldsItsJointsTo)
+{
+    const auto file = parse_robot_file(R"(version = 1
+[safety]
+policy = "brake"
+on_fault = "joint"
+command_timeout_s = 0.25
+step_max_deg = 90
+silence_max_s = 1
+[bus.left]
+family = "sam"
+rate_hz = 500
+[bus.left.realtime]
+lock_memory = true
+priority = 80
+processor = 1
+[joint.elbow]
+bus = "left"
+id = 3
+current_max_a = 1.5
+torque_max_nm = 4
+temperature_max_c = 60
+stop_time_s = 0.2
+[joint.elbow.home]
+routine = "stop"
+direction = 1
+position_deg = 180
+velocity_rad_s = 0.5
+)",
+                                       "r.toml");
+    ASSERT_TRUE(file) << to_sentence(file.error());
+    EXPECT_EQ(file->safety.policy, Policy::brake);
+    EXPECT_FALSE(file->safety.whole_robot);
+    EXPECT_EQ(file->safety.command_timeout_s, 0.25);
+    EXPECT_NEAR(*file->safety.step_max_rad, std::numbers::pi / 2, 1e-12);
+    EXPECT_EQ(file->safety.silence_max_s, 1.0);
+    EXPECT_EQ(file->safety.stop_time_s, 0.1) << "the default";
+    const Bus& bus = file->buses[0];
+    EXPECT_EQ(bus.rate_hz, 500.0);
+    EXPECT_TRUE(bus.realtime.lock_memory);
+    EXPECT_EQ(bus.realtime.priority->value, 80);
+    EXPECT_EQ(bus.realtime.processor->value, 1);
+    const Joint& joint = file->joints[0];
+    EXPECT_EQ(joint.current_max_a, 1.5);
+    EXPECT_EQ(joint.torque_max_nm, 4.0);
+    EXPECT_EQ(joint.temperature_max_c, 60.0);
+    EXPECT_EQ(joint.stop_time_s, 0.2);
+    EXPECT_TRUE(joint.home.to_stop);
+    EXPECT_EQ(joint.home.direction, 1);
+    EXPECT_NEAR(joint.home.position_rad, std::numbers::pi, 1e-12);
+}
+
+TEST(RobotFile, RefusesSafetyThatMakesNoSense)
+{
+    const auto safety = [](std::string_view line) { return complaint("version = 1\n[safety]\n" + std::string{line}); };
+    EXPECT_EQ(safety("policy = \"drop\""), "r.toml:3:10: policy must be one of hold, release, brake.");
+    EXPECT_EQ(safety("command_timeout_s = 0"), "r.toml:3:21: command_timeout_s must be above 0.");
+    EXPECT_EQ(safety("step_max_deg = -1"), "r.toml:3:16: step_max_deg must be above 0.");
+    EXPECT_EQ(safety("polcy = \"hold\""), "r.toml:3:1: safety has no key 'polcy', did you mean policy?");
+    EXPECT_EQ(complaint(with_joint("current_max_a = 0")), "r.toml:7:17: current_max_a must be above 0.");
+    EXPECT_EQ(complaint("version = 1\n[bus.left]\nfamily = \"sam\"\nrate_hz = 0"),
+              "r.toml:4:11: rate_hz must be above 0.");
+    EXPECT_EQ(complaint("version = 1\n[bus.left]\nfamily = \"sam\"\n[bus.left.realtime]\npriority = 100"),
+              "r.toml:5:12: priority must be from 1 to 99.");
+    EXPECT_EQ(complaint("version = 1\n[bus.left]\nfamily = \"sam\"\n[bus.left.realtime]\nlock_memory = 1"),
+              "r.toml:5:15: lock_memory must be true or false, not a whole number.");
+    EXPECT_EQ(complaint("version = 2\n"), "r.toml:1:11: version 2 is not known; this sinew reads version 1.");
+}
+
 TEST(RobotFile, KeepsTheOrderOfTheFile)
 {
     const auto file = parse_robot_file(arm, "arm.toml");

@@ -176,7 +176,7 @@ std::expected<void, Error> Core::cycle()
     return {};
 }
 
-std::expected<void, Error> Core::run(Duration period, const std::function<void()>& each, TimePoint until)
+std::expected<void, Error> Core::run(Duration period, const std::function<bool()>& each, TimePoint until)
 {
     constexpr std::size_t most_handles = 32;
     TimePoint next = clock->now();
@@ -196,7 +196,8 @@ std::expected<void, Error> Core::run(Duration period, const std::function<void()
             break;
         if (now >= next) {
             next += period * ((now - next) / period + 1);
-            each();
+            if (!each())
+                break;
             now = clock->now();
             if (!enabled)
                 continue;
@@ -238,23 +239,30 @@ std::expected<void, Error> Core::run(Duration period, const std::function<void()
     return {};
 }
 
+/// Answers without a checksum are believed when they agree, so one exchange may not be enough.
 std::expected<void, Error> Core::read(Depth depth)
 {
-    for (auto& line : lines) {
-        line->clear();
-        for (Joint* joint : line->joints())
-            if (auto planned = line->plan_read(*joint, depth); !planned)
-                return planned;
-    }
+    constexpr int most_tries = 4;
     const TimePoint begun = clock->now();
-    exchange_lines();
-    for (auto& line : lines)
-        for (Joint* joint : line->joints())
-            if (joint->answered_at_ < begun) {
-                Error why = joint->trouble_.value_or(Error{.code = Errc::timeout});
-                why.detail = why.detail.empty() ? fmt::format("{} does not answer", joint->name()) : why.detail;
-                return std::unexpected(std::move(why));
-            }
+    const auto is_old = [&](const Joint& joint) {
+        return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;
+    };
+    for (int i = 0; i < most_tries && (i == 0 || std::ranges::any_of(joints, is_old)); ++i) {
+        for (auto& line : lines) {
+            line->clear();
+            for (Joint* joint : line->joints())
+                if (i == 0 || is_old(*joint))
+                    if (auto planned = line->plan_read(*joint, depth); !planned)
+                        return planned;
+        }
+        exchange_lines();
+    }
+    for (const Joint& joint : joints)
+        if (joint.answered_at_ < begun) {
+            Error why = joint.trouble_.value_or(Error{.code = Errc::timeout});
+            why.detail = fmt::format("{} does not answer", joint.name());
+            return std::unexpected(std::move(why));
+        }
     return {};
 }
 

@@ -18,7 +18,9 @@ public:
 
     std::expected<void, Error> enable();
     std::expected<void, Error> cycle();
-    std::expected<void, Error> run(Duration period, const std::function<void()>& each, TimePoint until);
+    /// `each` returns whether to go on.
+    std::expected<void, Error> run(Duration period, const std::function<bool()>& each, TimePoint until);
+    std::expected<void, Error> home(std::span<Joint* const> all, Duration within);
     std::expected<void, Error> read(Depth depth);
     std::vector<Stopped> stop(std::string why);
     void request_stop() noexcept;
@@ -44,6 +46,8 @@ private:
     template <class Plan>
     std::expected<void, Error> exchange_all(std::string_view what, Plan plan);
     std::expected<void, Error> switch_all_on();
+
+    std::expected<void, Error> find_stops(std::span<Joint* const> all, TimePoint until); // home.cpp
 
     std::expected<void, Error> read_only();
     std::expected<void, Error> look_at(Line& line);

@@ -182,15 +182,18 @@ std::expected<void, Error> Core::enable()
     }
     if (auto done = exchange_all("its settings", [](Joint& joint) { return joint.driver_->plan_settings(); }); !done)
         return done;
-    if (auto done = exchange_all("its state", [](Joint& joint) { return joint.driver_->plan_read(Depth::full); });
-        !done)
-        return done;
+    // As often as it takes to believe answers without a checksum.
+    for (const Depth depth : {Depth::full, Depth::motion, Depth::motion})
+        if (auto done = exchange_all("its state", [&](Joint& joint) { return joint.driver_->plan_read(depth); }); !done)
+            return done;
     if (auto done = exchange_all("its settings", [](Joint& j) { return j.driver_->plan_reset_check(); }); !done)
         return done;
     for (const Joint& joint : joints)
         if (!joint.raw_.position_rad)
             return fail(Errc::bad_reply,
-                        fmt::format("{} does not tell where it is, so it cannot be held to its limits", joint.name()));
+                        fmt::format("{} does not tell where it is, or not the same twice, so it cannot "
+                                    "be held to its limits",
+                                    joint.name()));
     // From here on every joint is to hold, and a stop must not let go what a device held before.
     for (Joint& joint : joints)
         joint.command_ = {.mode = Mode::hold};

@@ -1,6 +1,7 @@
 #include "sinew/robot/joint.hpp"
 
 #include "sinew/actuator/check.hpp"
+#include "sinew/base/units.hpp"
 #include "sinew/family/drivers.hpp"
 
 #include <algorithm>
@@ -17,6 +18,10 @@ constexpr Duration longest_step = std::chrono::milliseconds{50};
 constexpr Duration repetition = std::chrono::milliseconds{250};
 /// A silence after which a device may have lost what it was told.
 constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
+/// What a shaft may jump by at most for the time between two answers, beside what it turns.
+constexpr double doubtful_way_rad = units::rad(2.0);
+constexpr Duration longest_memory = std::chrono::milliseconds{20};
+constexpr int answers_to_believe = 3;
 constexpr int most_incidents = 256;
 
 Duration duration_of(double s)
@@ -63,10 +68,15 @@ bool is_absolute(const ResolvedJoint& joint)
         return true;
     const auto* motor = std::get_if<rmd::Spec>(&joint.device);
     const auto& file = *joint.joint;
-    // R38: the angle begins within one turn of the shaft that is counted.
-    return motor != nullptr && file.position_min_rad && file.position_max_rad &&
-           (*file.position_max_rad - *file.position_min_rad) * file.ratio * motor->profile.gear_ratio <=
-               2.0 * std::numbers::pi;
+    if (motor == nullptr || !file.position_min_rad || !file.position_max_rad)
+        return false;
+    // R38: the angle begins within the first turn of the shaft that is counted, so all of the range must lie there.
+    const Mounting mounting = Mounting::of(file);
+    const auto is_first_turn = [&](double joint_rad) {
+        const double counted = mounting.to_actuator(joint_rad) * motor->profile.gear_ratio;
+        return counted >= 0.0 && counted <= 2.0 * std::numbers::pi;
+    };
+    return is_first_turn(*file.position_min_rad) && is_first_turn(*file.position_max_rad);
 }
 
 bool same(const Command& a, const Command& b)
@@ -128,6 +138,20 @@ bool Joint::can_walk(const Command& command) const
     return (command.velocity_rad_s && !can_.velocity_limit) || (command.duration && !can_.timed);
 }
 
+/// A share of the supply is a velocity where the device says so.
+std::expected<void, Error> Joint::check_duty(const Command& command) const
+{
+    if (command.mode != Mode::duty || !can_.velocity_is_duty || !limits().velocity_max_rad_s ||
+        !can_.velocity_max_rad_s)
+        return {};
+    const double velocity = std::abs(*command.duty) * *can_.velocity_max_rad_s / can_.duty_max;
+    if (velocity <= *limits().velocity_max_rad_s)
+        return {};
+    return actuator::refuse(Errc::out_of_range, id_of(device()),
+                            fmt::format("{}: duty {:g} turns it at {:.1f} deg/s, {:.1f} deg/s are allowed", name(),
+                                        *command.duty, units::deg(velocity), units::deg(*limits().velocity_max_rad_s)));
+}
+
 std::expected<void, Error> Joint::set(const Command& command)
 {
     if (closed_ != nullptr)
@@ -147,6 +171,8 @@ std::expected<void, Error> Joint::set(const Command& command)
     }
     if (auto fine = actuator::check(mounting_.to_actuator(bare), driver_->capabilities(), id_of(device())); !fine)
         return std::unexpected(named(std::move(fine.error())));
+    if (auto fine = check_duty(command); !fine)
+        return fine;
     const TimePoint at = now();
     const auto admitted = guard_.admit(command, state_, at);
     if (!admitted)
@@ -165,12 +191,14 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    if (command.duration)
+    if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
+        mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
+    }
     if (can_walk(command)) {
-        const double way = std::abs(*command.position_rad - here);
-        const double velocity = command.velocity_rad_s ? *command.velocity_rad_s : way / seconds(*command.duration);
-        walk_ = Walk{.to_rad = *command.position_rad, .velocity_rad_s = velocity, .at = at};
+        walk_ = Walk{.to_rad = *command.position_rad,
+                     .velocity_rad_s = command.velocity_rad_s.value_or(mean_velocity_rad_s_),
+                     .at = at};
     }
     if (command.mode == Mode::hold)
         held_ = raw_;
@@ -212,8 +240,23 @@ Command Joint::next(TimePoint at)
         out.position_rad = from + std::clamp(way, -step, step);
         out.velocity_rad_s.reset();
         out.duration.reset();
+    } else if (command_.mode == Mode::position && command_.duration) {
+        rest_of_move(out, at);
     }
     return out;
+}
+
+/// A move with a duration that is said again must not become a faster one.
+void Joint::rest_of_move(Command& command, TimePoint at) const
+{
+    if (can_.timing == actuator::Timing::by_speed && mean_velocity_rad_s_ > 0.0) {
+        command.duration.reset();
+        command.velocity_rad_s = mean_velocity_rad_s_;
+        return;
+    }
+    const double way = std::abs(*command.position_rad - state_.position_rad.value_or(*command.position_rad));
+    const Duration least = mean_velocity_rad_s_ > 0.0 ? duration_of(way / mean_velocity_rad_s_) : Duration{};
+    command.duration = std::max<Duration>({deadline_ - at, least, std::chrono::milliseconds{1}});
 }
 
 bool Joint::must_send(const Command& command, TimePoint at) const
@@ -227,9 +270,7 @@ bool Joint::must_send(const Command& command, TimePoint at) const
 
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
-    Command command = next(at);
-    if (command.duration)
-        command.duration = std::max<Duration>(deadline_ - at, std::chrono::milliseconds{1});
+    const Command command = next(at);
     const Command own = mounting_.to_actuator(command);
     const bool sends = must_send(own, at);
     const bool is_position = command.mode == Mode::position;
@@ -267,10 +308,41 @@ std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver
 
 // ---- measurements ----
 
+/// Answers without a checksum (SAM) may say anything. A shaft that would have come there faster than it can turn, or of
+/// which nothing was known, is believed when enough answers in a row say the same. `before`: the position so far.
+bool Joint::is_plausible(const actuator::Measured<double>& before)
+{
+    const auto& fastest = driver_->capabilities().velocity_max_rad_s;
+    const auto& said = raw_.position_rad;
+    if (!fastest || !said || (before && said.at() == before.at()) || !family().protocol->bare_replies())
+        return true;
+    const auto follows = [&](const actuator::Measured<double>& earlier) {
+        const Duration gap = std::chrono::abs(said.at() - earlier.at());
+        const double way = 1.5 * *fastest * seconds(std::min(gap, longest_memory));
+        return earlier && std::abs(*said - *earlier) <= way + doubtful_way_rad;
+    };
+    if (follows(before)) {
+        agreed_ = 0;
+        return true;
+    }
+    agreed_ = follows(suspect_) ? agreed_ + 1 : 1;
+    suspect_ = said;
+    if (agreed_ < answers_to_believe)
+        return false;
+    agreed_ = 0;
+    return true;
+}
+
 void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at)
 {
+    const auto before = raw_.position_rad;
     if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
         return failed(absorbed.error());
+    if (!is_plausible(before)) {
+        raw_.position_rad = before;
+        if (before)
+            return; // and it counts as no answer
+    }
     answered_at_ = std::max(answered_at_, at);
     if (missing_since_ && at - *missing_since_ > doubtful_silence && closed_ == nullptr) {
         must_set_up_ = true;

@@ -63,7 +63,7 @@ public:
     /// Why the latest of them failed, or the latest command was not carried out; nullptr: nothing ever was wrong.
     const Error* trouble() const { return trouble_ ? &*trouble_ : nullptr; }
 
-    /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn. A
+    /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 … 360 deg). A
     /// Nuri, and an RMD that may stand in another turn, must be taken `home`.
     bool referenced() const { return referenced_; }
 
@@ -82,12 +82,17 @@ private:
     void hold_here(TimePoint at);
     void end(TimePoint at);
     void begin(TimePoint at);
+    void begin_search();
+    void end_search(bool found);
     Command next(TimePoint at);
+    void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver) const;
+    std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
+    bool is_plausible(const actuator::Measured<double>& before);
     void failed(const Error& error);
     void tell(Errc code, std::string says);
     Mode policy() const;
@@ -109,7 +114,8 @@ private:
 
     Command command_{.mode = Mode::release};
     TimePoint commanded_at_{};
-    TimePoint deadline_{}; ///< of a move with a duration
+    TimePoint deadline_{};             ///< of a move with a duration
+    double mean_velocity_rad_s_ = 0.0; ///< of that move
     struct Walk {
         double to_rad = 0.0, velocity_rad_s = 0.0;
         TimePoint at{};
@@ -123,6 +129,9 @@ private:
 
     State raw_{}, state_{};
     TimePoint answered_at_{};
+    actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
+    int agreed_ = 0;                         ///< how many answers in a row say that
+    int rests_ = 0;                          ///< looks in a row at which it stood still, while it is stopped
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     TimePoint full_at_{};                    ///< the next full reading is due
     TimePoint check_at_{};                   ///< the next look for a reset is due

@@ -8,6 +8,17 @@
 #include <fmt/format.h>
 
 namespace sinew::robot {
+namespace {
+
+std::unexpected<Error> no_joint(std::span<const Joint> joints, std::string_view joint)
+{
+    std::vector<std::string_view> names;
+    for (const Joint& one : joints)
+        names.push_back(one.name());
+    return fail(Errc::unknown_name, fmt::format("the robot has no joint '{}'{}", joint, did_you_mean(joint, names)));
+}
+
+} // namespace
 
 std::string_view to_word(Stopped::Outcome outcome)
 {
@@ -74,6 +85,7 @@ std::expected<void, Error> Robot::run(Duration period, const std::function<void(
         [&] {
             if (each)
                 each(*this);
+            return true;
         },
         until);
 }
@@ -86,6 +98,20 @@ void Robot::leave() noexcept
 std::expected<void, Error> Robot::wait(Duration duration, Duration period)
 {
     return run(period, {}, core_->clock->now() + duration);
+}
+
+std::expected<void, Error> Robot::home(std::string_view joint, Duration within)
+{
+    Joint* const found = find(joint);
+    return found != nullptr ? core_->home({&found, 1}, within) : no_joint(core_->joints, joint);
+}
+
+std::expected<void, Error> Robot::home(Duration within)
+{
+    std::vector<Joint*> all;
+    for (Joint& joint : core_->joints)
+        all.push_back(&joint);
+    return core_->home(all, within);
 }
 
 std::expected<void, Error> Robot::read(Depth depth)
@@ -118,18 +144,6 @@ Joint* Robot::find(std::string_view joint)
     const auto at = std::ranges::find(core_->joints, joint, &Joint::name);
     return at == core_->joints.end() ? nullptr : &*at;
 }
-
-namespace {
-
-std::unexpected<Error> no_joint(std::span<const Joint> joints, std::string_view joint)
-{
-    std::vector<std::string_view> names;
-    for (const Joint& one : joints)
-        names.push_back(one.name());
-    return fail(Errc::unknown_name, fmt::format("the robot has no joint '{}'{}", joint, did_you_mean(joint, names)));
-}
-
-} // namespace
 
 std::expected<void, Error> Robot::set(std::string_view joint, const Command& command)
 {

@@ -89,6 +89,12 @@ public:
     void leave() noexcept;
     /// Cycles for so long, as fast as the slowest bus goes but no faster than every `period`.
     std::expected<void, Error> wait(Duration duration, Duration period = std::chrono::milliseconds{10});
+    /// Takes a joint to its position 0, slowly, by `[joint.NAME.home]` of the file: with `routine = "stop"` it first
+    /// turns until something stops it and takes that for its reference. An unreferenced joint without such a routine
+    /// goes to where it counts 0, and an incident says so. `timeout` where it does not arrive; then it holds.
+    std::expected<void, Error> home(std::string_view joint, Duration within = std::chrono::seconds{60});
+    /// All joints at once.
+    std::expected<void, Error> home(Duration within = std::chrono::seconds{60});
     /// A fresh state of all joints at once, without a command to any. The first error, after all were asked.
     std::expected<void, Error> read(Depth depth = Depth::full);
 

@@ -12,6 +12,7 @@ constexpr int most_repetitions = 3; ///< of what was not confirmed
 constexpr int most_looks = 50;
 constexpr Duration between_looks = std::chrono::milliseconds{20};
 constexpr double rest_rad_s = 0.02;
+constexpr int looks_at_rest = 3;
 
 } // namespace
 
@@ -64,7 +65,9 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
         outcome.outcome = Stopped::Outcome::sent;
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
-        const bool rests = std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s;
+        // One look may be where it turns round.
+        joint.rests_ = std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s ? joint.rests_ + 1 : 0;
+        const bool rests = joint.rests_ >= looks_at_rest;
         const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_) : rests;
         if (done)
             outcome.outcome = Stopped::Outcome::confirmed;
@@ -100,6 +103,7 @@ std::vector<Stopped> Core::stop(std::string why)
         outcomes.push_back({.joint = joint.name(), .did = joint.policy()});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
+        joint.rests_ = 0;
         joint.guard_.begin(joint.state_, clock->now());
     }
     if (!fault && was_enabled && !why.empty())

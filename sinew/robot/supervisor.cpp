@@ -268,7 +268,7 @@ Finding Supervisor::judge_excess(const State& state, TimePoint)
 /// Where it is, and where it will be when it stands still.
 Finding Supervisor::judge_place(const State& state, const Command& running, Duration interval, TimePoint now) const
 {
-    if (!state.position_rad || !is_driven(running.mode))
+    if (!state.position_rad || !is_driven(running.mode) || !watches_place_)
         return {};
     const double position = *state.position_rad;
     const double beyond = stopping_distance_rad(fastest_rad_s_, interval) + noise_rad + units::rad(0.5);

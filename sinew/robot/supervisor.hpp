@@ -71,6 +71,8 @@ public:
     Finding judge(const actuator::State& state, const actuator::Command& running, TimePoint commanded,
                   TimePoint answered, Duration interval, TimePoint now);
 
+    /// Whether positions are held to their limits: not while a joint looks for its reference.
+    void watch_place(bool on) { watches_place_ = on; }
     /// How far the joint can go on from this velocity until it stands still, when it is looked at in this interval.
     double stopping_distance_rad(double velocity_rad_s, Duration interval) const;
     /// As measured, or as the positions tell where that is newer. Without a sign of its own where nothing is known: 0.
@@ -97,6 +99,7 @@ private:
     int id_ = -1;
     Rules rules_;
     bool limits_velocity_ = false;
+    bool watches_place_ = true;
     Reach reach_; ///< the limits, widened to where it began
     std::optional<double> reference_rad_;
     TimePoint reference_at_{};

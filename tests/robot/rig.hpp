@@ -41,10 +41,12 @@ inline config::RobotFile demo()
 
 struct Rig {
     /// `host` where the host believes something else than the simulator does.
-    explicit Rig(const config::RobotFile& file) : Rig(file, file) {}
-    Rig(const config::RobotFile& file, const config::RobotFile& host) : simulator(*sim::Simulator::make(file))
+    explicit Rig(const config::RobotFile& file, bus::Settings settings = {}) : Rig(file, file, settings) {}
+    Rig(const config::RobotFile& file, const config::RobotFile& host, bus::Settings settings = {})
+        : simulator(*sim::Simulator::make(file))
     {
-        auto opened = Robot::open(host, links_of(*simulator), simulator->clock(), {.simulated = true});
+        auto opened =
+            Robot::open(host, links_of(*simulator), simulator->clock(), {.simulated = true, .settings = settings});
         EXPECT_TRUE(opened.has_value()) << (opened ? "" : to_sentence(opened.error()));
         robot = std::make_unique<Robot>(std::move(*opened));
     }

@@ -1,5 +1,6 @@
 #include "tests/robot/rig.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
 
 /// A mixed robot by its joints: units, enabling, cycles, states.
@@ -85,6 +86,162 @@ TEST(Robot, AMoveWithAVelocityOrADurationTakesItsTimeInEveryFamily)
         for (Joint& joint : rig.robot->joints())
             EXPECT_NEAR(std::abs(units::deg(rig.truth_rad(joint))), 20.0, 0.1) << joint.name() << timed;
     }
+}
+
+/// A plant that nothing holds up: no friction, nothing to carry.
+config::RobotFile without_friction(config::RobotFile file)
+{
+    for (auto& joint : file.joints)
+        for (const auto* key : {"static_friction_nm", "coulomb_friction_nm"})
+            joint.plant.push_back({key, 0.0, {}});
+    return file;
+}
+
+TEST(Robot, AtRestEveryJointIsWithinOneStepOfItsEncoderWhereNothingHoldsItUp)
+{
+    Rig rig(without_friction(demo()));
+    rig.enable();
+    for (const double to_deg : {-12.3456, -1.0, -33.3}) {
+        for (Joint& joint : rig.robot->joints()) {
+            const double sense = joint.limits().position_low_rad.value_or(-1) > units::rad(-40) ? -0.1 : 1.0;
+            ASSERT_EQ(said(joint.set({.mode = Mode::position,
+                                      .position_rad = sense * units::rad(to_deg),
+                                      .velocity_rad_s = units::rad(40)})),
+                      "");
+        }
+        ASSERT_EQ(said(rig.run(4s)), "");
+        for (const Joint& joint : rig.robot->joints()) {
+            const double step = joint.capabilities().position_step_rad;
+            EXPECT_NEAR(rig.truth_rad(joint), *joint.command().position_rad, step) << joint.name();
+            EXPECT_NEAR(*joint.state().position_rad, rig.truth_rad(joint), step) << joint.name();
+        }
+    }
+}
+
+TEST(Robot, FourMotorsThatAreDrivenByACurrentShareOneFrame)
+{
+    std::string text = "version = 1\n[bus.r]\nfamily = \"rmd\"\n";
+    for (int id = 1; id <= 5; ++id)
+        text += fmt::format("[joint.m{0}]\nbus = \"r\"\nid = {0}\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n"
+                            "direction = {1}\n",
+                            id, id == 2 ? -1 : 1);
+    Rig rig(file_of(text));
+    rig.enable();
+    int groups = 0, singles = 0;
+    rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+        if (tapped.verdict != bus::Verdict::sent)
+            return;
+        groups += tapped.can_id == 0x280 ? 1 : 0;
+        singles += tapped.bytes[0] == 0xA1 ? 1 : 0;
+    });
+    for (Joint& joint : rig.robot->joints())
+        ASSERT_EQ(said(joint.set({.mode = Mode::current, .current_a = 0.5})), "");
+    for (int i = 0; i < 10; ++i)
+        ASSERT_EQ(said(rig.robot->cycle()), "");
+    EXPECT_EQ(groups, 10);
+    EXPECT_EQ(singles, 10) << "of the fifth, whose id has no place in the frame";
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    for (const Joint& joint : rig.robot->joints()) {
+        EXPECT_NEAR(*joint.state().current_a, 0.5, 0.05) << joint.name();
+        EXPECT_GT(rig.truth_rad_s(joint.name()), 0.0) << joint.name() << ": positive is the joint's own sense";
+        EXPECT_EQ(joint.failures(), 0U) << joint.name();
+    }
+    ASSERT_EQ(said(rig.robot->set("m3", {.mode = Mode::hold})), "");
+    groups = 0;
+    ASSERT_EQ(said(rig.robot->cycle()), "");
+    EXPECT_EQ(groups, 0) << "a group that is not whole would drive the third";
+}
+
+TEST(Robot, ACoarserResolutionMakesShorterMessages)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-160EO200\"\n"));
+    rig.enable();
+    std::size_t bytes = 0;
+    rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) { bytes += tapped.bytes.size(); });
+    std::array<std::size_t, 2> took{};
+    for (const bool coarse : {false, true}) {
+        Command go{.mode = Mode::position, .position_rad = 0.1};
+        if (coarse)
+            go.resolution_rad = units::rad(2);
+        ASSERT_EQ(said(rig.robot->set("arm", go)), "");
+        ASSERT_EQ(said(rig.robot->cycle()), "");
+        bytes = 0;
+        ASSERT_EQ(said(rig.robot->cycle()), "");
+        took[coarse ? 1 : 0] = bytes;
+    }
+    EXPECT_LT(took[1], took[0]);
+}
+
+TEST(Robot, AFreshStateOfAllJointsComesAtOnceAndTellsWhoIsMissing)
+{
+    Rig rig(demo());
+    ASSERT_EQ(said(rig.robot->read(Depth::full)), "") << "before enable too";
+    const TimePoint before = rig.now();
+    ASSERT_EQ(said(rig.robot->read(Depth::motion)), "");
+    for (const Joint& joint : rig.robot->joints()) {
+        EXPECT_GE(joint.state().position_rad.at(), before) << joint.name();
+        EXPECT_TRUE(joint.state().position_rad_at(rig.now()).has_value()) << joint.name();
+    }
+    rig.inject(sim::FaultKind::unplug, "neck_yaw");
+    const auto read = rig.robot->read(Depth::motion);
+    ASSERT_FALSE(read.has_value());
+    EXPECT_NE(said(read).find("neck_yaw"), std::string::npos) << said(read);
+}
+
+TEST(Robot, EveryJointComesHome)
+{
+    auto file = demo();
+    for (auto& joint : file.joints)
+        joint.home.velocity_rad_s = units::rad(30);
+    Rig rig(file);
+    rig.enable();
+    EXPECT_TRUE(rig.robot->find("elbow")->referenced());
+    EXPECT_TRUE(rig.robot->find("left_knee")->referenced()) << "its range lies within the first turn";
+    EXPECT_FALSE(rig.robot->find("left_hip")->referenced()) << "its range does not";
+    EXPECT_FALSE(rig.robot->find("waist_yaw")->referenced());
+    for (Joint& joint : rig.robot->joints())
+        ASSERT_EQ(said(joint.set({.mode = Mode::position,
+                                  .position_rad = units::rad(joint.name().ends_with("hip") ? -20 : 20),
+                                  .velocity_rad_s = units::rad(60)})),
+                  "");
+    ASSERT_EQ(said(rig.run(1s)), "");
+    ASSERT_EQ(said(rig.robot->home()), "");
+    for (const Joint& joint : rig.robot->joints())
+        EXPECT_NEAR(units::deg(rig.truth_rad(joint)), 0.0, 0.6) << joint.name();
+    EXPECT_EQ(rig.robot->incidents().size(), 9U) << "four Nuri, and five RMD that may stand in another turn";
+}
+
+TEST(Robot, AJointFindsItsReferenceAtAStop)
+{
+    const auto text = [](std::string_view plant) {
+        return file_of(fmt::format(R"(
+version = 1
+[bus.n]
+family = "nuri"
+bit_rate = 115200
+[joint.waist]
+bus = "n"
+id = 1
+position_min_deg = -30
+position_max_deg = 90
+velocity_max_deg_s = 60
+[joint.waist.home]
+routine = "stop"
+direction = -1
+position_deg = -35
+velocity_deg_s = 20
+{})",
+                                   plant));
+    };
+    Rig rig(text("[joint.waist.plant]\nstop_min_deg = -70\n"), text(""));
+    rig.enable();
+    EXPECT_FALSE(rig.robot->find("waist")->referenced());
+    ASSERT_EQ(said(rig.robot->home("waist")), "");
+    EXPECT_TRUE(rig.robot->find("waist")->referenced());
+    // The stop is at -70 of the device and at -35 of the joint.
+    EXPECT_NEAR(units::deg(rig.simulator->world().look("waist")->position_rad), -35.0, 1.0);
+    EXPECT_NEAR(units::deg(*rig.robot->state("waist")->position_rad), 0.0, 0.6);
 }
 
 TEST(Robot, AModelThatIsNotTheDevicesOwnIsNotEnabled)

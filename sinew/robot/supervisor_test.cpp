@@ -1,0 +1,171 @@
+#include "sinew/base/units.hpp"
+#include "sinew/robot/mounting.hpp"
+#include "sinew/robot/supervisor.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sinew::robot {
+namespace {
+
+using namespace std::chrono_literals;
+using actuator::Command;
+using actuator::Mode;
+using actuator::State;
+using units::rad;
+
+constexpr TimePoint start{1s};
+
+State at(double deg, TimePoint when, double deg_s = 0.0)
+{
+    State state;
+    state.position_rad = {rad(deg), when};
+    state.velocity_rad_s = {rad(deg_s), when};
+    return state;
+}
+
+Supervisor guard(bool limits_velocity, std::optional<double> step_deg = {})
+{
+    Rules rules{.limits = {.position_low_rad = rad(-10), .position_high_rad = rad(90), .velocity_max_rad_s = rad(100)},
+                .command_timeout = 200ms,
+                .silence_max = 500ms,
+                .stop_time = 100ms};
+    if (step_deg)
+        rules.limits.step_max_rad = rad(*step_deg);
+    return {"elbow", 3, rules, limits_velocity};
+}
+
+Command position(double deg)
+{
+    return {.mode = Mode::position, .position_rad = rad(deg)};
+}
+
+TEST(Supervisor, TheFirstCommandIsCountedFromTheMeasuredPosition)
+{
+    Supervisor elbow = guard(false);
+    elbow.begin(at(40, start), start);
+    EXPECT_FALSE(elbow.admit(position(0), at(40, start), start + 10ms));
+    EXPECT_TRUE(elbow.admit(position(41), at(40, start), start + 10ms));
+    EXPECT_FALSE(elbow.admit(position(41.1), at(40, start), start + 10ms));
+}
+
+TEST(Supervisor, NoPauseMakesALongStepShort)
+{
+    Supervisor elbow = guard(false);
+    elbow.begin(at(0, start), start);
+    EXPECT_TRUE(elbow.admit(position(5), at(0, start), start + 10s)) << "50 ms of 100 deg/s";
+    EXPECT_FALSE(elbow.admit(position(5.1), at(0, start), start + 10s));
+}
+
+TEST(Supervisor, WhatAStepLeavesIsNotSavedForALongerOne)
+{
+    Supervisor elbow = guard(false);
+    elbow.begin(at(0, start), start);
+    double here = 0.0;
+    for (int i = 1; i <= 20; ++i) {
+        const TimePoint now = start + i * 10ms;
+        here += 0.2;
+        ASSERT_TRUE(elbow.admit(position(here), at(here, now), now));
+        elbow.sent(rad(here), now);
+    }
+    const TimePoint now = start + 210ms;
+    EXPECT_TRUE(elbow.admit(position(here + 1.5), at(here, now), now)) << "10 ms, and 5 ms for the unrest of a loop";
+    EXPECT_FALSE(elbow.admit(position(here + 1.6), at(here, now), now));
+}
+
+TEST(Supervisor, AMoveThatNamesNoVelocityGetsTheGreatestWhereTheDeviceKeepsToIt)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(0, start), start);
+    const auto move = elbow.admit(position(80), at(0, start), start);
+    ASSERT_TRUE(move);
+    EXPECT_EQ(move->velocity_rad_s, rad(100));
+}
+
+TEST(Supervisor, TheLargestStepHoldsForDevicesThatLimitTheirVelocityToo)
+{
+    Supervisor elbow = guard(true, 10.0);
+    elbow.begin(at(0, start), start);
+    EXPECT_TRUE(elbow.admit(position(10), at(0, start), start));
+    const auto far = elbow.admit(position(11), at(0, start), start);
+    ASSERT_FALSE(far);
+    EXPECT_EQ(far.error().detail, "elbow: a step of 11.00 deg from 0.00 deg is more than the 10.00 deg allowed; send "
+                                  "smaller steps, or name a velocity");
+    Command slow = position(60);
+    slow.velocity_rad_s = rad(50);
+    EXPECT_TRUE(elbow.admit(slow, at(0, start), start));
+}
+
+TEST(Supervisor, WhoStandsBeyondALimitMayComeBackAndNotGoFurther)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(120, start), start);
+    const Command hold{.mode = Mode::hold};
+    EXPECT_EQ(elbow.judge(at(120, start), hold, start, start, 10ms, start).measure, Measure::none);
+    EXPECT_FALSE(elbow.admit({.mode = Mode::velocity, .velocity_rad_s = rad(10)}, at(120, start), start));
+    EXPECT_TRUE(elbow.admit({.mode = Mode::velocity, .velocity_rad_s = rad(-10)}, at(120, start), start));
+    TimePoint now = start;
+    for (int deg = 119; deg >= 95; --deg) {
+        now += 100ms;
+        elbow.observe(at(deg, now, -10));
+        EXPECT_EQ(elbow.judge(at(deg, now), hold, now, now, 10ms, now).measure, Measure::none) << deg;
+    }
+    for (int i = 0; i < 20; ++i) {
+        now += 100ms;
+        elbow.observe(at(95, now));
+    }
+    elbow.observe(at(99, now + 100ms));
+    EXPECT_EQ(elbow.judge(at(110, now + 100ms), hold, now, now + 100ms, 10ms, now + 100ms).measure, Measure::stop);
+}
+
+TEST(Supervisor, ACommandWithoutEndEndsWhereItCanStillStop)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(80, start), start);
+    const Command turn{.mode = Mode::velocity, .velocity_rad_s = rad(60)};
+    const auto at_80 = at(80, start + 10ms, 60);
+    elbow.observe(at_80);
+    // 60 deg/s: 3 deg while it stops and 0.6 deg until the next look.
+    EXPECT_EQ(elbow.judge(at_80, turn, start, start, 10ms, start + 10ms).measure, Measure::none);
+    const auto near = at(86.5, start + 120ms, 60);
+    elbow.observe(near);
+    EXPECT_EQ(elbow.judge(near, turn, start, start + 120ms, 10ms, start + 120ms).measure, Measure::end);
+}
+
+TEST(Supervisor, SilenceTimeOutsHeatAndFaultsAreFound)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(0, start), start);
+    const Command turn{.mode = Mode::velocity, .velocity_rad_s = rad(10)};
+    const auto judge = [&](const State& state, TimePoint commanded, TimePoint answered, TimePoint now) {
+        return elbow.judge(state, turn, commanded, answered, 10ms, now).measure;
+    };
+    EXPECT_EQ(judge(at(0, start), start, start, start + 200ms), Measure::none);
+    EXPECT_EQ(judge(at(0, start), start, start, start + 201ms), Measure::end);
+    EXPECT_EQ(judge(at(0, start), start + 400ms, start, start + 501ms), Measure::stop);
+    State faulty = at(0, start);
+    actuator::Faults faults;
+    faults.set(actuator::Fault::unexplained);
+    faulty.faults = {faults, start};
+    EXPECT_EQ(judge(faulty, start, start, start), Measure::none) << "what nobody explains stops nobody";
+    faults.set(actuator::Fault::stall);
+    faulty.faults = {faults, start};
+    EXPECT_EQ(judge(faulty, start, start, start), Measure::stop);
+}
+
+TEST(Mounting, GoesThereAndBack)
+{
+    const Mounting mounting{.direction = -1.0, .ratio = 2.5, .zero_rad = 0.7};
+    EXPECT_NEAR(mounting.to_joint(mounting.to_actuator(0.4)), 0.4, 1e-12);
+    const Command torque = mounting.to_actuator(Command{.mode = Mode::torque, .torque_nm = 5.0});
+    EXPECT_NEAR(*torque.torque_nm, -2.0, 1e-12) << "the gear does the rest";
+    const Command limit =
+        mounting.to_actuator(Command{.mode = Mode::velocity, .velocity_rad_s = 1.0, .current_a = 2.0});
+    EXPECT_NEAR(*limit.velocity_rad_s, -2.5, 1e-12);
+    EXPECT_NEAR(*limit.current_a, 2.0, 1e-12) << "a limit has no sense";
+    actuator::Capabilities can{.position_low_rad = -1.0, .position_high_rad = 3.0};
+    const auto joint = mounting.to_joint(can);
+    EXPECT_LT(*joint.position_low_rad, *joint.position_high_rad);
+}
+
+} // namespace
+} // namespace sinew::robot

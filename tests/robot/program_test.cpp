@@ -1,0 +1,296 @@
+#include "tests/robot/watch.hpp"
+#include "tests/support/random.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+#include <utility>
+
+/// Random programs, good and bad, on robots to which random things happen. No command beyond a limit leaves the host,
+/// no shaft goes further beyond a limit than it needs to stop, and a stop stops. SINEW_PROGRAMS is how many, SINEW_SEED
+/// makes a run again.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+using sinew::test::Random;
+
+constexpr std::string_view robot_text = R"(
+version = 1
+[bus.s]
+family = "sam"
+[bus.n]
+family = "nuri"
+bit_rate = 115200
+[bus.r]
+family = "rmd"
+[safety]
+policy = "hold"
+command_timeout_s = 0.4
+stop_time_s = 0.15
+[joint.shoulder]
+bus = "s"
+id = 1
+model = "SAM-160EO200"
+direction = -1
+position_min_deg = -60
+position_max_deg = 90
+velocity_max_deg_s = 120
+[joint.shoulder.profile_options]
+response_level = 1
+[joint.wrist]
+bus = "s"
+id = 2
+model = "SAM-20"
+position_min_deg = -50
+position_max_deg = 70
+velocity_max_deg_s = 200
+step_max_deg = 20
+[joint.waist]
+bus = "n"
+id = 1
+ratio = 2
+position_min_deg = -45
+position_max_deg = 45
+velocity_max_deg_s = 60
+[joint.knee]
+bus = "r"
+id = 1
+model = "MG"
+profile = "rmd-2.35"
+direction = -1
+zero_deg = 150
+position_min_deg = -10
+position_max_deg = 120
+velocity_max_deg_s = 180
+current_max_a = 2
+[joint.knee.sim]
+start_rad = 2.6
+[joint.ankle]
+bus = "r"
+id = 2
+model = "MG"
+profile = "lk-2.35"
+ratio = 1.5
+zero_deg = 180
+position_min_deg = -80
+position_max_deg = 80
+velocity_max_deg_s = 240
+current_max_a = 1
+[joint.ankle.sim]
+start_rad = 3.1
+)";
+
+class Program
+{
+public:
+    Program(Random& random, bool with_wire_faults)
+        : random_(random), wire_faults_(with_wire_faults), rig_(file_of(robot_text), {.double_read = with_wire_faults}),
+          watch_(rig_, with_wire_faults ? units::rad(6) : 0.0)
+    {
+    }
+
+    void run()
+    {
+        EXPECT_TRUE(rig_.robot->enable().has_value());
+        const TimePoint end = rig_.now() + 2s;
+        TimePoint last = rig_.now();
+        while (rig_.now() < end) {
+            for (int wishes = static_cast<int>(random_.below(3)); wishes > 0; --wishes)
+                wish();
+            if (random_.one_in(60))
+                happen();
+            if (random_.one_in(100))
+                wait(rig_.now() + Duration{static_cast<std::int64_t>(random_.below(60)) * 1'000'000});
+            if (!rig_.robot->enabled() && random_.one_in(4))
+                (void)rig_.robot->enable();
+            const TimePoint next = rig_.now() + 5ms;
+            gap_ = std::max(gap_, rig_.now() - last);
+            last = rig_.now();
+            watch_.cycle_begins();
+            (void)rig_.robot->cycle();
+            look();
+            wait(next);
+        }
+        mend();
+        check_stop();
+    }
+
+    const Watch& watch() const { return watch_; }
+    std::vector<std::string> complaints;
+    int accepted = 0, refused = 0;
+
+private:
+    double between(double low, double high)
+    {
+        return low + (high - low) * static_cast<double>(random_.below(1'000'001)) / 1e6;
+    }
+    /// Mostly sensible, sometimes not at all.
+    double around(double low, double high)
+    {
+        constexpr double nonsense[] = {std::numeric_limits<double>::quiet_NaN(),
+                                       std::numeric_limits<double>::infinity(),
+                                       -std::numeric_limits<double>::infinity(),
+                                       1e300,
+                                       -1e300,
+                                       0.0};
+        if (random_.one_in(20))
+            return nonsense[random_.below(std::size(nonsense))];
+        const double width = high - low;
+        return random_.one_in(4) ? between(low - width, high + width) : between(low, high);
+    }
+
+    void wish()
+    {
+        Joint& joint = rig_.robot->joints()[random_.below(rig_.robot->joints().size())];
+        const auto& limits = joint.limits();
+        const double speed = *limits.velocity_max_rad_s;
+        Command command{.mode = static_cast<Mode>(random_.below(8))};
+        const double here = joint.state().position_rad.value_or(0.0);
+        if (command.mode == Mode::position || random_.one_in(30))
+            command.position_rad = random_.one_in(2) ? here + around(-0.03, 0.03)
+                                                     : around(*limits.position_low_rad, *limits.position_high_rad);
+        if (command.mode == Mode::velocity || random_.one_in(6))
+            command.velocity_rad_s = around(command.mode == Mode::velocity ? -speed : 0.0, speed);
+        if (command.mode == Mode::current)
+            command.current_a = around(-1.0, 1.0) * limits.current_max_a.value_or(1.0);
+        if (command.mode == Mode::torque)
+            command.torque_nm = around(-1.0, 1.0);
+        if (command.mode == Mode::duty)
+            command.duty = around(-0.5, 0.5);
+        if (random_.one_in(8))
+            command.duration = Duration{static_cast<std::int64_t>(around(-0.1, 2.0) * 1e9)};
+        if (command.mode == Mode::release && !random_.one_in(3))
+            command.mode = Mode::hold;
+        joint.set(command) ? ++accepted : ++refused;
+    }
+
+    /// Something goes wrong.
+    void happen()
+    {
+        constexpr std::string_view joints[] = {"shoulder", "wrist", "waist", "knee", "ankle"};
+        constexpr std::string_view buses[] = {"s", "n", "r"};
+        const auto joint = joints[random_.below(std::size(joints))];
+        if (!wire_faults_) {
+            // A Nuri has another zero afterwards, and nobody can tell.
+            if (joint != "waist" && random_.one_in(3))
+                rig_.simulator->world().find_device(joint)->power_cycle();
+            else
+                rig_.inject(random_.one_in(2) ? sim::FaultKind::stuck_gear : sim::FaultKind::hot_motor, joint, 0.1);
+            return;
+        }
+        sim::Fault fault{.bus = std::string(buses[random_.below(std::size(buses))]), .for_s = between(0.01, 0.7)};
+        switch (random_.below(5)) {
+        case 0:
+            fault.kind = sim::FaultKind::flip_bits;
+            fault.probability = 0.005;
+            break;
+        case 1:
+            fault.kind = sim::FaultKind::drop_bytes;
+            fault.probability = 0.05;
+            break;
+        case 2:
+            fault.kind = sim::FaultKind::unplug;
+            fault.bus.clear();
+            fault.joint = joint;
+            break;
+        case 3:
+            fault.kind = sim::FaultKind::delay_replies;
+            fault.probability = 0.1;
+            break;
+        default:
+            unplugged_ = fault.bus;
+            rig_.simulator->set_plugged(unplugged_, false);
+            wait(rig_.now() + 3ms);
+            if (random_.one_in(2))
+                rig_.simulator->set_plugged(unplugged_, true);
+            return;
+        }
+        rig_.simulator->world().inject(fault);
+    }
+
+    void mend()
+    {
+        for (const auto* bus : {"s", "n", "r"}) {
+            rig_.simulator->set_plugged(bus, true);
+            rig_.simulator->world().mend(bus);
+        }
+        for (const Joint& joint : rig_.robot->joints())
+            rig_.simulator->world().mend(joint.name());
+        wait(rig_.now() + 300ms);
+    }
+
+    void wait(TimePoint until)
+    {
+        while (rig_.now() < until)
+            rig_.simulator->clock().wait({}, until);
+    }
+
+    void look()
+    {
+        for (const Joint& joint : rig_.robot->joints()) {
+            double& fastest = fastest_[joint.name()];
+            fastest = std::max(fastest, std::abs(rig_.truth_rad_s(joint.name())));
+            if (wire_faults_)
+                continue; // a device that cannot be reached goes on
+            const double seconds_to_stop = 2.0 * seconds(gap_ + 5ms) + seconds(150ms) / 2.0;
+            const double most = fastest * seconds_to_stop + units::rad(1.0);
+            const double at = rig_.truth_rad(joint);
+            if (at < *joint.limits().position_low_rad - most || at > *joint.limits().position_high_rad + most)
+                complaints.push_back(fmt::format("{} is at {:.2f} deg, {:.1f} deg beyond its limits would be possible",
+                                                 joint.name(), units::deg(at), units::deg(most)));
+        }
+    }
+
+    void check_stop()
+    {
+        (void)rig_.robot->enable();
+        for (Joint& joint : rig_.robot->joints())
+            (void)joint.set({.mode = Mode::velocity, .velocity_rad_s = 0.3});
+        (void)rig_.robot->cycle();
+        wait(rig_.now() + 20ms);
+        for (const auto& one : rig_.robot->stop()) {
+            if (one.outcome == Stopped::Outcome::failed)
+                complaints.push_back(fmt::format("{} was not stopped: {}", one.joint, to_sentence(one.why)));
+            if (std::abs(rig_.truth_rad_s(one.joint)) > 0.05)
+                complaints.push_back(fmt::format("{} turns at {:.2f} rad/s after the stop, {}", one.joint,
+                                                 rig_.truth_rad_s(one.joint), to_word(one.outcome)));
+        }
+    }
+
+    Random& random_;
+    bool wire_faults_;
+    Rig rig_;
+    Watch watch_;
+    std::string unplugged_;
+    Duration gap_{};
+    std::map<std::string, double> fastest_;
+};
+
+TEST(Program, NothingBeyondALimitLeavesTheHostAndNoShaftGoesFurtherThanItNeedsToStop)
+{
+    const auto programs = sinew::test::setting("SINEW_PROGRAMS", 500);
+    Random random("robot programs");
+    std::size_t motions = 0;
+    int accepted = 0, refused = 0, failures = 0;
+    for (std::uint64_t i = 0; i < programs && failures < 10; ++i) {
+        Program program(random, i % 2 == 1);
+        program.run();
+        motions += program.watch().motions();
+        accepted += program.accepted;
+        refused += program.refused;
+        for (const auto* all : {&program.watch().complaints(), &std::as_const(program.complaints)})
+            if (!all->empty()) {
+                ADD_FAILURE() << "SINEW_SEED=" << sinew::test::seed() << ", program " << i << ": " << all->front()
+                              << " (and " << all->size() - 1 << " more)";
+                ++failures;
+            }
+    }
+    std::printf("%llu programs, %d commands taken, %d refused, %zu motion frames; SINEW_SEED=%llu\n",
+                static_cast<unsigned long long>(programs), accepted, refused, motions,
+                static_cast<unsigned long long>(sinew::test::seed()));
+    EXPECT_GT(motions, programs * 100);
+    EXPECT_GT(refused, 0);
+}
+
+} // namespace
+} // namespace sinew::robot::test

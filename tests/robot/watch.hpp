@@ -1,0 +1,193 @@
+#pragma once
+#include "sinew/wire/values.hpp"
+#include "tests/robot/rig.hpp"
+
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+/// Reads every frame that leaves the host, with scales of its own, and holds it against the limits of the joint.
+namespace sinew::robot::test {
+
+class Watch
+{
+public:
+    /// `slack_rad`: how wrong a measured position may be on a line that garbles it. `shift`: by how much the time
+    /// between two frames may differ from that between two cycles, for what stands before them on the line.
+    Watch(Rig& rig, double slack_rad, Duration shift) : rig_(rig), slack_rad_(slack_rad), shift_(shift)
+    {
+        for (bus::Bus* bus : rig.robot->buses())
+            bus->set_tap([this, bus](const bus::Tapped& tapped) {
+                if (tapped.verdict == bus::Verdict::sent)
+                    sent(*bus, tapped);
+            });
+    }
+
+    /// Positions are planned for the beginning of a cycle, whenever their frames have their turn on the line.
+    void cycle_begins() { cycle_at_ = rig_.now(); }
+    const std::vector<std::string>& complaints() const { return complaints_; }
+    std::size_t motions() const { return motions_; }
+
+private:
+    struct Target {
+        double position_rad = 0.0;
+        TimePoint changed_at{};
+        bool is_streamed = false;
+    };
+
+    static double number(const wire::Values& values, std::string_view name)
+    {
+        return static_cast<double>(values.find(name).value_or(0));
+    }
+
+    void sent(const bus::Bus& bus, const bus::Tapped& tapped)
+    {
+        wire::Frame frame{.can_id = tapped.can_id, .size = static_cast<std::uint8_t>(tapped.bytes.size())};
+        std::ranges::copy(tapped.bytes, frame.data.begin());
+        const int id = bus.protocol().addressee(frame);
+        for (Joint& joint : rig_.robot->joints()) {
+            if (joint.bus() != bus.name() || id_of(joint.device()) != id)
+                continue;
+            const auto* message = bus.protocol().identify(frame, wire::Direction::request, line_of(joint.device()));
+            ASSERT_NE(message, nullptr);
+            const auto said = wire::decode(*message, wire::Direction::request, frame, options_of(joint.device()));
+            ASSERT_TRUE(said.has_value());
+            is_stop_ = is_of_stop(bus, frame);
+            look(joint, message->name(), said->values, cycle_at_);
+        }
+    }
+
+    /// What a bus sends when another one has lost its link.
+    bool is_of_stop(const bus::Bus& bus, const wire::Frame& frame) const
+    {
+        const auto buses = rig_.robot->buses();
+        for (std::size_t i = 0; i < buses.size(); ++i)
+            if (buses[i] == &bus)
+                return std::ranges::any_of(rig_.robot->stop_requests(i),
+                                           [&](const wire::Request& request) { return request.frame == frame; });
+        return false;
+    }
+
+    void look(Joint& joint, std::string_view message, const wire::Values& values, TimePoint at)
+    {
+        if (const auto* spec = std::get_if<sam::Spec>(&joint.device()))
+            look_at_sam(joint, *spec, message, values, at);
+        else if (std::holds_alternative<nuri::Spec>(joint.device()))
+            look_at_nuri(joint, message, values);
+        else
+            look_at_rmd(joint, message, values);
+    }
+
+    void look_at_sam(Joint& joint, const sam::Spec& spec, std::string_view message, const wire::Values& values,
+                     TimePoint at)
+    {
+        const auto* scale = message == "precise-position-control" ? &*spec.model->precise
+                            : message == "position-control"       ? &spec.model->standard
+                            : message == "quick-position-control" ? &spec.model->quick
+                                                                  : nullptr;
+        if (scale != nullptr)
+            stream(joint, scale->rad(number(values, "target_position")), units::rad(scale->deg_per_unit), at);
+        if (message != "special-control")
+            return;
+        targets_[&joint].is_streamed = false;
+        if (number(values, "mode") == static_cast<double>(sam::Mode::wheel))
+            velocity(joint,
+                     std::fmod(number(values, "wheel_speed"), 1000.0) / 1000.0 * spec.model->ratings.max_speed_rad_s,
+                     spec.model->ratings.max_speed_rad_s / 1000.0);
+    }
+
+    void look_at_nuri(Joint& joint, std::string_view message, const wire::Values& values)
+    {
+        const double sense = number(values, "position_direction") == 0.0 ? 1.0 : -1.0;
+        const double position = sense * units::rad(number(values, "position") * 0.01);
+        if (message == "position-speed-control" || message == "accel-position-control")
+            place(joint, position, units::rad(0.01));
+        if (message == "position-speed-control" || message == "accel-speed-control")
+            velocity(joint, units::rad_s_from_rpm(number(values, "speed") * 0.1), 0.0);
+    }
+
+    void look_at_rmd(Joint& joint, std::string_view message, const wire::Values& values)
+    {
+        if (message == "multi-loop-angle" || message == "multi-loop-angle-speed")
+            place(joint, units::rad(number(values, "angle") * 0.01), units::rad(0.01));
+        if (message == "multi-loop-angle-speed")
+            velocity(joint, units::rad(number(values, "max_speed") * 0.01), units::rad(0.01));
+        if (message == "speed-closed-loop")
+            velocity(joint, std::abs(units::rad(number(values, "speed") * 0.01)), units::rad(0.01));
+        if (message == "torque-closed-loop" && joint.limits().current_max_a) {
+            ++motions_;
+            const double most_a = 33.0 / 2048.0 * std::abs(number(values, "iq"));
+            if (most_a > *joint.limits().current_max_a + 33.0 / 2048.0)
+                complain(joint, "current", most_a);
+        }
+    }
+
+    /// How far the shaft is from there; whole turns of an encoder that counts none do not count.
+    double apart(const Joint& joint, double position_rad)
+    {
+        const double way = position_rad - rig_.truth_rad(joint);
+        const bool counts = !std::holds_alternative<sam::Spec>(joint.device());
+        return std::abs(counts ? way : std::remainder(way, 2.0 * std::numbers::pi));
+    }
+
+    /// To hold where it stands is no command beyond a limit.
+    bool may_be_anywhere(const Joint& joint) const
+    {
+        return is_stop_ || !rig_.robot->enabled() || joint.command().mode == Mode::hold;
+    }
+
+    void place(Joint& joint, double actuator_rad, double step)
+    {
+        ++motions_;
+        const double position = Mounting::of(joint.file()).to_joint(actuator_rad);
+        const auto& limits = joint.limits();
+        const bool outside = (limits.position_low_rad && position < *limits.position_low_rad - step) ||
+                             (limits.position_high_rad && position > *limits.position_high_rad + step);
+        if (outside && !(may_be_anywhere(joint) && apart(joint, position) < units::rad(30)))
+            complain(joint, "position", units::deg(position));
+    }
+
+    void velocity(Joint& joint, double actuator_rad_s, double step)
+    {
+        ++motions_;
+        const double speed = actuator_rad_s / joint.file().ratio;
+        if (joint.limits().velocity_max_rad_s && speed > *joint.limits().velocity_max_rad_s + step + 1e-9)
+            complain(joint, "velocity", units::deg(speed));
+    }
+
+    /// A position that the device goes to as fast as it can.
+    void stream(Joint& joint, double actuator_rad, double step, TimePoint at)
+    {
+        place(joint, actuator_rad, step);
+        const double position = Mounting::of(joint.file()).to_joint(actuator_rad);
+        Target& last = targets_[&joint];
+        const bool is_streamed = !is_stop_ && joint.command().mode == Mode::position && rig_.robot->enabled();
+        if (last.position_rad != position || !is_streamed) {
+            const Duration gap = std::min<Duration>(at - last.changed_at, std::chrono::milliseconds{50});
+            const double most = joint.limits().velocity_max_rad_s.value_or(1e9) * seconds(gap + Supervisor::unrest) +
+                                2.0 * step + slack_rad_;
+            // What was planned from the measured position may never have left because a link was lost.
+            const double way = std::min(std::abs(position - last.position_rad), apart(joint, position));
+            if (is_streamed && last.is_streamed && way > most)
+                complain(joint, "step", units::deg(way));
+            last = {position, at, is_streamed};
+        }
+    }
+
+    void complain(const Joint& joint, std::string_view what, double value)
+    {
+        complaints_.push_back(fmt::format("{}: {} {:.3f} left the host in mode {}", joint.name(), what, value,
+                                          to_word(joint.command().mode)));
+    }
+
+    Rig& rig_;
+    double slack_rad_ = 0.0;
+    TimePoint cycle_at_{};
+    bool is_stop_ = false;
+    std::map<const Joint*, Target> targets_;
+    std::vector<std::string> complaints_;
+    std::size_t motions_ = 0;
+};
+
+} // namespace sinew::robot::test
