@@ -63,8 +63,8 @@ public:
     /// Why the latest of them failed, or the latest command was not carried out; nullptr: nothing ever was wrong.
     const Error* trouble() const { return trouble_ ? &*trouble_ : nullptr; }
 
-    /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 … 360 deg). A
-    /// Nuri, and an RMD that may stand in another turn, must be taken `home`.
+    /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 …
+    /// 360 deg). A Nuri, and an RMD that may stand in another turn, must be taken `home`.
     bool referenced() const { return referenced_; }
 
     // ---- for the robot ----

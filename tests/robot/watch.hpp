@@ -13,9 +13,8 @@ namespace sinew::robot::test {
 class Watch
 {
 public:
-    /// `slack_rad`: how wrong a measured position may be on a line that garbles it. `shift`: by how much the time
-    /// between two frames may differ from that between two cycles, for what stands before them on the line.
-    Watch(Rig& rig, double slack_rad, Duration shift) : rig_(rig), slack_rad_(slack_rad), shift_(shift)
+    /// `slack_rad`: how wrong a measured position may be on a line that garbles it.
+    Watch(Rig& rig, double slack_rad) : rig_(rig), slack_rad_(slack_rad)
     {
         for (bus::Bus* bus : rig.robot->buses())
             bus->set_tap([this, bus](const bus::Tapped& tapped) {
