@@ -172,10 +172,12 @@ private:
         const auto joint = joints[random_.below(std::size(joints))];
         if (!wire_faults_) {
             // A Nuri has another zero afterwards, and nobody can tell.
-            if (joint != "waist" && random_.one_in(3))
+            if (joint != "waist" && random_.one_in(3)) {
                 rig_.simulator->world().find_device(joint)->power_cycle();
-            else
+                started_afresh_[std::string(joint)] = true;
+            } else {
                 rig_.inject(random_.one_in(2) ? sim::FaultKind::stuck_gear : sim::FaultKind::hot_motor, joint, 0.1);
+            }
             return;
         }
         sim::Fault fault{.bus = std::string(buses[random_.below(std::size(buses))]), .for_s = between(0.01, 0.7)};
@@ -232,7 +234,9 @@ private:
             fastest = std::max(fastest, std::abs(rig_.truth_rad_s(joint.name())));
             if (wire_faults_)
                 continue; // a device that cannot be reached goes on
-            const double seconds_to_stop = 2.0 * seconds(gap_ + 5ms) + seconds(150ms) / 2.0;
+            // Nobody reaches a device while it starts.
+            const Duration start = started_afresh_[joint.name()] ? 200ms : 0ms;
+            const double seconds_to_stop = 2.0 * seconds(gap_ + 5ms) + seconds(150ms) / 2.0 + seconds(start);
             const double most = fastest * seconds_to_stop + units::rad(1.0);
             const double at = rig_.truth_rad(joint);
             if (at < *joint.limits().position_low_rad - most || at > *joint.limits().position_high_rad + most)
@@ -264,6 +268,7 @@ private:
     std::string unplugged_;
     Duration gap_{};
     std::map<std::string, double> fastest_;
+    std::map<std::string, bool> started_afresh_;
 };
 
 TEST(Program, NothingBeyondALimitLeavesTheHostAndNoShaftGoesFurtherThanItNeedsToStop)

@@ -122,12 +122,15 @@ private:
         }
     }
 
-    /// How far the shaft is from there; whole turns of an encoder that counts none do not count.
+    /// How far the shaft is from there, or was when it was measured; whole turns of an encoder that counts none do not
+    /// count.
     double apart(const Joint& joint, double position_rad)
     {
         const double way = position_rad - rig_.truth_rad(joint);
         const bool counts = !std::holds_alternative<sam::Spec>(joint.device());
-        return std::abs(counts ? way : std::remainder(way, 2.0 * std::numbers::pi));
+        const double now = std::abs(counts ? way : std::remainder(way, 2.0 * std::numbers::pi));
+        // A joint that is set up anew begins there, without a frame that says so.
+        return slack_rad_ > 0.0 ? now : std::min(now, std::abs(position_rad - *joint.state().position_rad));
     }
 
     /// To hold where it stands is no command beyond a limit.
