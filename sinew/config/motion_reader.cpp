@@ -289,11 +289,12 @@ void read_motion(Reader& reader, const toml::table& document, RobotFile& file)
     MotionReader motion(reader, file);
     file.poses =
         read_named<Pose>(reader, document, "pose", [&](Reader&, const toml::table& table, std::string name, Mark at) {
-            return motion.pose(table, name, at);
+            return motion.pose(table, std::move(name), at);
         });
-    file.sequences = read_named<Sequence>(
-        reader, document, "sequence",
-        [&](Reader&, const toml::table& table, std::string name, Mark at) { return motion.sequence(table, name, at); });
+    file.sequences = read_named<Sequence>(reader, document, "sequence",
+                                          [&](Reader&, const toml::table& table, std::string name, Mark at) {
+                                              return motion.sequence(table, std::move(name), at);
+                                          });
     if (reader.failed())
         return;
     for (const Sequence& one : file.sequences)

@@ -210,7 +210,7 @@ TEST(Motion, NestingEndsWhereNobodyCanFollow)
     const auto nested = [](int depth) {
         std::string step = "{wait_s = 1}";
         for (int i = 1; i < depth; ++i)
-            step = "{repeat = 2, steps = [" + step + "]}";
+            step.insert(0, "{repeat = 2, steps = [").append("]}");
         return step;
     };
     EXPECT_EQ(of_step(nested(16)), "nothing");
@@ -220,7 +220,7 @@ TEST(Motion, NestingEndsWhereNobodyCanFollow)
     EXPECT_EQ(complaint(both + "{repeat = 2, steps = [{call = \"deep\"}]}]\n"), "nothing");
     std::string call = "{call = \"deep\"}";
     for (int i = 0; i < 6; ++i)
-        call = "{repeat = 2, steps = [" + call + "]}";
+        call.insert(0, "{repeat = 2, steps = [").append("]}");
     EXPECT_NE(complaint(both + call + "]\n").find("sequence wide is nested more than 16 deep with all that it calls."),
               std::string::npos);
 }
