@@ -82,7 +82,7 @@ private:
     std::expected<void, Error> stream(Joint& joint, double target_rad)
     {
         const double step_rad = joint.nearest_step_rad(target_rad);
-        if (std::abs(target_rad - step_rad) > motion_limits(joint.file()).velocity_rad_s * longest_lag_s)
+        if (!refused_ && std::abs(target_rad - step_rad) > motion_limits(joint.file()).velocity_rad_s * longest_lag_s)
             player_.wait();
         return joint.set({.mode = Mode::position, .position_rad = step_rad});
     }
