@@ -34,9 +34,10 @@ void add_panel(std::string& out, const Plot& plot, std::size_t index)
     const Panel& panel = plot.panels[index];
     const auto to = std::back_inserter(out);
     fmt::format_to(to, "$panel{} << end\n", index);
-    const std::size_t stride = plot.x.size() / most_points + 1;
-    for (std::size_t i = 0; i < plot.x.size(); i += stride)
-        fmt::format_to(to, "{:.6g} {:.6g}\n", plot.x[i], panel.y[i]);
+    const auto& x = panel.x.empty() ? plot.x : panel.x;
+    const std::size_t stride = x.size() / most_points + 1;
+    for (std::size_t i = 0; i < x.size(); i += stride)
+        fmt::format_to(to, "{:.6g} {:.6g}\n", x[i], panel.y[i]);
     out += "end\n";
     const bool last = index + 1 == plot.panels.size();
     fmt::format_to(to, "set ylabel {} noenhanced\n", in_quotes(panel.label));
@@ -113,11 +114,13 @@ std::string last_words(int fd)
 
 std::string gnuplot_script(const Plot& plot)
 {
-    std::string out = "set terminal svg size 800,900 font 'sans,14' background rgb 'white'\n"
-                      "set encoding utf8\n"
-                      "set grid linecolor rgb '#d0d0d0'\n"
-                      "set offsets 0, 0, graph 0.05, graph 0.05\n"
-                      "set key bottom right\n";
+    constexpr std::size_t usual = 900, least = 150; // height of all panels, and of each
+    std::string out = fmt::format("set terminal svg size 800,{} font 'sans,14' background rgb 'white'\n",
+                                  std::max(usual, least * plot.panels.size()));
+    out += "set encoding utf8\n"
+           "set grid linecolor rgb '#d0d0d0'\n"
+           "set offsets 0, 0, graph 0.05, graph 0.05\n"
+           "set key bottom right\n";
     const auto to = std::back_inserter(out);
     if (plot.x.size() > 1)
         fmt::format_to(to, "set xrange [{:.9g}:{:.9g}]\n", plot.x.front(), plot.x.back());

@@ -14,13 +14,14 @@ struct Panel {
     std::vector<double> y;
     std::optional<double> level{}; ///< a thin line across, such as a target
     std::string level_name{};
+    std::vector<double> x{}; ///< its own, as many as `y`; empty: that of the plot
 };
 
 /// Panels above each other that share their horizontal axis.
 struct Plot {
     std::string title;
-    std::string x_label; ///< with the unit
-    std::vector<double> x;
+    std::string x_label;       ///< with the unit
+    std::vector<double> x;     ///< its first and last value are the ends of the axis
     std::vector<Panel> panels; ///< as many values each as `x`
 };
 

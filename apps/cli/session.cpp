@@ -159,18 +159,18 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
 Session::Session() : links_(link::Links::system())
 {
     sim::add(links_, worlds_);
+    record::add(links_, replays_);
     catch_interrupts();
 }
 
 std::expected<link::AnyLink, Error> Session::open(const std::string& link)
 {
-    const auto clock = sim::clock_for(link, real_, worlds_);
+    const auto clock = record::is_replay(link) ? replays_.clock_for(link) : sim::clock_for(link, real_, worlds_);
     if (!clock)
         return std::unexpected(clock.error());
     if (!open_.empty() && *clock != clock_)
-        return fail(Errc::bad_argument,
-                    fmt::format("{} and {} have no common time; add clock=real to the simulated one",
-                                open_.front().link, link));
+        return fail(Errc::bad_argument, fmt::format("{} and {} have no common time; add clock=real to a simulated one",
+                                                    open_.front().link, link));
     auto opened = links_.open(link, **clock);
     if (opened)
         clock_ = *clock;

@@ -4,6 +4,7 @@
 #include "sinew/actuator/driver.hpp"
 #include "sinew/bus/bus.hpp"
 #include "sinew/link/links.hpp"
+#include "sinew/record/replay.hpp"
 #include "sinew/sim/links.hpp"
 
 #include <map>
@@ -26,11 +27,13 @@ public:
     /// The bus of a device, opened at its first use; it knows the device afterwards, and opens its link again when that
     /// was lost. Two families cannot share a link.
     std::expected<bus::Bus*, Error> bus_of(const Device& device);
-    /// A link of the system or of the simulator with the clock that it needs. All links of a session share one clock:
-    /// `bad_argument` for a simulated one in virtual time beside a real one.
+    /// A link of the system, of the simulator or of a recording with the clock that it needs. All links of a session
+    /// share one clock: `bad_argument` for one in virtual time beside a real one.
     std::expected<link::AnyLink, Error> open(const std::string& link);
     /// Of the links that are open; the real one as long as there is none.
     link::Clock& clock() { return *clock_; }
+    /// Whether that is another one.
+    bool in_virtual_time() const { return clock_ != &real_; }
     /// All that are open.
     std::vector<bus::Bus*> buses() const;
 
@@ -44,6 +47,7 @@ private:
     link::RealClock real_;
     link::Clock* clock_ = &real_;
     sim::Worlds worlds_; // goes after the links that lead into it
+    record::Replays replays_;
     link::Links links_;
     std::vector<Open> open_;
 };

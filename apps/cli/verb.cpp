@@ -41,6 +41,21 @@ std::expected<std::optional<Duration>, Error> Words::duration(std::string_view n
     return duration_from(name, *word);
 }
 
+std::expected<std::optional<Duration>, Error> Words::period(std::string_view name) const
+{
+    constexpr double highest_hz = 1000.0;
+    const auto word = text(name);
+    if (!word)
+        return std::nullopt;
+    double rate = 0.0;
+    const auto [end, problem] = std::from_chars(word->data(), word->data() + word->size(), rate);
+    const std::string_view unit(end, static_cast<std::size_t>(word->data() + word->size() - end));
+    if (problem != std::errc{} || (!unit.empty() && unit != "Hz") || !(rate > 0.0 && rate <= highest_hz))
+        return fail(Errc::bad_argument,
+                    fmt::format("{} takes looks per second up to {:g}, not '{}'", name, highest_hz, *word));
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / rate));
+}
+
 std::expected<Duration, Error> duration_from(std::string_view name, std::string_view word)
 {
     double value = 0.0;
@@ -57,10 +72,11 @@ std::expected<Duration, Error> duration_from(std::string_view name, std::string_
 std::span<const Verb> verbs()
 {
     static const std::vector<Verb> all{
-        sim_verb(),     sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(), scan_verb(),
-        doctor_verb(),  info_verb(),     get_verb(),      set_verb(),       move_verb(),     play_verb(),
-        teach_verb(),   stop_verb(),     watch_verb(),    plan_verb(),      bus_verb(),      sniff_verb(),
-        recover_verb(), send_verb(),     decode_verb(),   messages_verb()};
+        sim_verb(),    sim_step_verb(), sim_look_verb(), sim_fault_verb(), sim_mend_verb(), scan_verb(),
+        doctor_verb(), info_verb(),     get_verb(),      set_verb(),       move_verb(),     play_verb(),
+        teach_verb(),  stop_verb(),     watch_verb(),    plan_verb(),      bus_verb(),      sniff_verb(),
+        record_verb(), replay_verb(),   plot_verb(),     export_verb(),    import_verb(),   recover_verb(),
+        send_verb(),   decode_verb(),   messages_verb()};
     return all;
 }
 

@@ -47,6 +47,9 @@ public:
     /// A positive number of seconds: `10s`, `500ms`, `2min` or plain `10`.
     std::expected<std::optional<Duration>, Error> duration(std::string_view name) const;
 
+    /// The time between two of so many per second: `100`, `100Hz`.
+    std::expected<std::optional<Duration>, Error> period(std::string_view name) const;
+
     bool json() const { return has("--json"); }
 
 private:
@@ -91,6 +94,11 @@ Verb watch_verb();
 Verb plan_verb();
 Verb bus_verb();
 Verb sniff_verb();
+Verb record_verb();
+Verb replay_verb();
+Verb plot_verb();
+Verb export_verb();
+Verb import_verb();
 Verb recover_verb();
 Verb send_verb();
 Verb decode_verb();

@@ -10,8 +10,7 @@
 namespace sinew::cli {
 namespace {
 
-constexpr double default_rate_hz = 5.0;
-constexpr double highest_rate_hz = 1000.0;
+constexpr Duration default_period = std::chrono::milliseconds(200);
 
 /// One device of the table, with what went wrong with it last.
 struct Watched {
@@ -52,21 +51,6 @@ private:
     };
     std::map<const bus::Bus*, Known> known_;
 };
-
-std::expected<Duration, Error> period_from(const Words& words)
-{
-    const auto word = words.text("--rate");
-    double rate = default_rate_hz;
-    if (word) {
-        char* end = nullptr;
-        rate = std::strtod(word->c_str(), &end);
-        if (end == word->c_str() || (*end != '\0' && std::string_view(end) != "Hz") ||
-            !(rate > 0.0 && rate <= highest_rate_hz))
-            return fail(Errc::bad_argument,
-                        fmt::format("--rate takes looks per second up to {:g}, not '{}'", highest_rate_hz, *word));
-    }
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / rate));
-}
 
 std::expected<std::vector<Watched>, Error> open_all(Session& session, const Words& words)
 {
@@ -187,7 +171,7 @@ void print_table(const std::vector<Watched>& all, bool first)
 
 Outcome run(const Words& words)
 {
-    const auto period = period_from(words);
+    const auto period = words.period("--rate");
     if (!period)
         return std::unexpected(period.error());
     const auto time = words.duration("--for");
@@ -217,7 +201,7 @@ Outcome run(const Words& words)
         else
             print_plain(*all, since);
         // A slow wire skips looks instead of falling behind.
-        next = std::max(next + *period, session.clock().now());
+        next = std::max(next + period->value_or(default_period), session.clock().now());
         if (next >= end)
             break;
         wait_until(session, next);

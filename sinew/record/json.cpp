@@ -138,7 +138,9 @@ std::string Parser::string()
             good_ = false;
             break;
         }
-        out += rest_.substr(0, end);
+        const auto plain = rest_.substr(0, end);
+        good_ = std::ranges::none_of(plain, [](unsigned char c) { return c < ' '; });
+        out += plain;
         const bool ends = rest_[end] == '"';
         rest_.remove_prefix(end + 1);
         if (ends)
@@ -193,7 +195,7 @@ void JsonWriter::number(std::string_view name, double value)
         return;
     key(name);
     std::array<char, 32> text;
-    const auto [end, problem] = std::to_chars(text.data(), text.data() + text.size(), value);
+    const auto [end, problem] = std::to_chars(text.data(), text.data() + text.size(), value + 0.0); // no -0
     out_.append(text.data(), end);
 }
 

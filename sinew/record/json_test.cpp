@@ -62,7 +62,7 @@ TEST(Json, RefusesWhatIsNoObject)
 {
     for (const std::string_view bad :
          {"", "{", "[]", "{\"a\"}", "{\"a\":}", "{\"a\":1", "{\"a\":1,}", "{\"a\":\"x}", "{\"a\":[1}", "{} x",
-          "{\"a\":\"\\x\"}", "{\"a\":\"\\u12\"}", "{\"a\":nan}", "{\"a\":1e999}"})
+          "{\"a\":\"\\x\"}", "{\"a\":\"\\u12\"}", "{\"a\":\"\n\"}", "{\"a\":nan}", "{\"a\":1e999}"})
         EXPECT_FALSE(JsonFields::parse(bad)) << bad;
 }
 

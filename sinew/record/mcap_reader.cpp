@@ -95,7 +95,8 @@ std::expected<void, std::string> Reader::enter_chunk(Bytes content, bool whole)
         return std::unexpected("a chunk that is too short");
     if (!compression.empty())
         return std::unexpected(
-            fmt::format("a chunk compressed with {}; only what is not compressed is read", compression));
+            fmt::format("a chunk that is compressed{}; only what is not compressed is read",
+                        compression == "zstd" || compression == "lz4" ? " with " + compression : ""));
     const Bytes records = in.rest();
     if (whole && (records.size() != size || compressed != size))
         return std::unexpected(fmt::format("a chunk that says {} bytes and has {}", size, records.size()));

@@ -253,7 +253,7 @@ TEST(Mcap, SaysWhatIsWrongWithAFile)
     std::string packed(28, '\0');
     put_text(packed, "zstd");
     put_number(packed, 0, 8);
-    EXPECT_NE(why(content(Opcode::chunk, packed)).find("compressed with zstd"), std::string::npos);
+    EXPECT_NE(why(content(Opcode::chunk, packed)).find("is compressed with zstd"), std::string::npos);
     std::string nested(28, '\0');
     put_text(nested, "");
     put_number(nested, 9, 8);

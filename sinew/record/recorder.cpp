@@ -234,6 +234,7 @@ std::expected<void, Error> Recorder::write()
         return std::unexpected(*trouble_);
     if (auto appended = file_.append(writer_.pending()); !appended) {
         trouble_ = appended.error();
+        failed_ = true;
         writer_.drop_pending();
         return appended;
     }

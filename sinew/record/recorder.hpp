@@ -68,6 +68,8 @@ public:
     bool event(TimePoint at, Level level, std::string_view name, std::string_view text) noexcept;
 
     std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
+    /// Nothing is written any more; `finish` says why. From any thread.
+    bool failed() const { return failed_.load(std::memory_order_relaxed); }
     /// Of the ring, 0 … 1: for whoever calls `drain` before it is full.
     double fill() const { return static_cast<double>(ring_.in_use()) / static_cast<double>(ring_.size()); }
 
@@ -112,6 +114,7 @@ private:
     std::uint64_t told_dropped_ = 0;
     std::uint64_t chunk_began_ns_ = 0, last_ns_ = 0;
     std::optional<Error> trouble_;
+    std::atomic<bool> failed_{false};
     bool finished_ = false;
 
     std::thread thread_;

@@ -251,7 +251,7 @@ std::expected<Captured, Error> frame_from(const mcap::Message& message)
     const auto* text = fields->text("bytes");
     auto bytes = text == nullptr || text->empty() ? std::expected<std::vector<std::uint8_t>, Error>{} : from_hex(*text);
     if (!bytes)
-        return refused(fmt::format("whose bytes are no hex: {}", bytes.error().detail));
+        return refused("whose bytes are no hex");
     const auto can_id = fields->number("can_id");
     if (!can_id) {
         out.bytes = *std::move(bytes);

@@ -1,14 +1,20 @@
 """Recordings: MCAP files, with @mcap/core as their judge."""
+import csv
+import io
 import json
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import tempfile
+import time
 import unittest
 
+import can
+
 import mcap
-from support import DEMO, PATIENCE, SINEW, SOURCE, as_json, environment, sinew
+from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, as_json, environment, sinew
 
 
 class InFolder(unittest.TestCase):
@@ -87,6 +93,217 @@ class Recover(InFolder):
         file = self.traffic("left", "run.mcap")
         self.refused(["recover", file, "--out", file], 2, "written over")
         self.refused(["recover"], 2, "FILE is missing")
+
+
+ROBOT = ["--robot", DEMO] + [word for bus in ("left", "waist", "legs") for word in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
+JOINTS = {"left": 6, "waist": 4, "legs": 6}
+
+
+def full_disk(limit):
+    """What a child does so that no file of its own grows beyond `limit` bytes."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+
+
+class Record(InFolder):
+    """In virtual time: two seconds of the robot take a moment."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.shared = tempfile.mkdtemp()
+        cls.run_file = os.path.join(cls.shared, "run.mcap")
+        cls.told = as_json("record", cls.run_file, *ROBOT, "--for", "1s")
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.shared)
+
+    def test_the_judge_reads_states_frames_and_the_robot_file(self):
+        got = mcap.read(self.run_file)
+        self.assertEqual(got["statistics"]["messages"], self.told["messages"])
+        self.assertEqual((self.told["joints"], self.told["losses"], self.told["dropped"]), (16, 0, 0))
+        self.assertEqual([a["name"] for a in got["attachments"]], ["robot.toml"])
+        with open(DEMO) as demo:
+            self.assertEqual(got["attachments"][0]["text"], demo.read())
+        self.assertEqual(got["metadata"][0]["values"], {"time": "virtual"})
+        states = [topic for topic in got["statistics"]["by_topic"] if topic.endswith("/state")]
+        self.assertEqual(len(states), 16)
+        self.assertEqual(got["channels"]["/joint/elbow/state"]["schema"], "sinew.JointState")
+        known = set(got["schemas"]["sinew.JointState"]["schema"]["properties"])
+        for message in got["messages"]:
+            if message["topic"].endswith("/state"):
+                self.assertLessEqual(set(message["data"]), known)
+
+    def test_every_bus_is_read_at_its_own_rate(self):
+        counts = mcap.read(self.run_file)["statistics"]["by_topic"]
+        # The waist is a serial line at 115 200 bps, the legs are a CAN bus at 1 Mbps.
+        self.assertGreater(counts["/joint/left_hip/state"], 1.5 * counts["/joint/waist_yaw/state"])
+        self.assertGreater(counts["/joint/waist_yaw/state"], 20)
+
+    def test_it_reads_and_nothing_else(self):
+        access = {m["name"]: m["access"] for family in ("sam", "nuri", "rmd") for m in as_json("messages", family)}
+        lines = [json.loads(line) for line in sinew("replay", self.run_file, "--frames", "--json").stdout.splitlines()]
+        self.assertEqual({access[one["message"]] for one in lines if one["direction"] == "request"}, {"read"})
+        self.assertEqual([one for one in lines if "error" in one], [])
+
+    def test_a_rate_and_one_device(self):
+        got = as_json("record", self.path("one.mcap"), f"sim:{DEMO}#legs", "--family", "rmd", "--id", "2", "--rate", "100Hz", "--for", "1s")
+        self.assertEqual((got["joints"], got["looks"]), (1, 100))
+
+    def test_replay_shows_states_and_frames_in_order(self):
+        lines = [json.loads(line) for line in sinew("replay", self.run_file, "--json", "--count", "300").stdout.splitlines()]
+        self.assertEqual(len(lines), 300)
+        self.assertLess({"state"}, {one.get("kind", "frame") for one in lines} | {"frame", "x"})
+        one = json.loads(sinew("replay", self.run_file, "--joint", "elbow", "--count", "1", "--json").stdout)
+        self.assertEqual((one["kind"], one["joint"], "position_rad" in one), ("state", "elbow", True))
+        text = sinew("replay", self.run_file, "--joint", "elbow", "--count", "1").stdout
+        self.assertRegex(text, r"^ +\d+\.\d{6}  elbow state: position_rad \S+, ")
+        self.refused(["replay", self.run_file, "--frames", "--states"], 2, "exclude each other")
+
+    def test_csv_has_units_in_its_head_and_as_many_rows_as_states(self):
+        rows = list(csv.DictReader(io.StringIO(sinew("export", self.run_file, "--to", "csv").stdout)))
+        counts = mcap.read(self.run_file)["statistics"]["by_topic"]
+        self.assertEqual(len(rows), sum(n for topic, n in counts.items() if topic.endswith("/state")))
+        self.assertEqual(list(rows[0]), ["time_s", "joint", "position_rad", "velocity_rad_s", "current_a", "voltage_v",
+                                         "temperature_c", "faults", "enabled"])
+        self.assertLess(0, float(rows[0]["time_s"]))
+        only = list(csv.DictReader(io.StringIO(sinew("export", self.run_file, "--joint", "left_hip").stdout)))
+        self.assertEqual({row["joint"] for row in only}, {"left_hip"})
+        self.assertEqual(only[0]["voltage_v"], "24")
+        file = self.path("states.csv")
+        sinew("export", self.run_file, "--out", file)
+        with open(file) as written:
+            self.assertEqual(len(written.read().splitlines()), len(rows) + 1)
+
+    def test_python_can_and_tshark_read_what_was_exported(self):
+        log, pcap = self.path("legs.log"), self.path("run.pcapng")
+        sinew("export", self.run_file, "--to", "candump", "--bus", "legs", "--out", log)
+        messages = list(can.CanutilsLogReader(log))
+        counts = mcap.read(self.run_file)["statistics"]["by_topic"]
+        self.assertEqual(len(messages), counts["/bus/legs"])
+        sinew("export", self.run_file, "--to", "pcapng", "--out", pcap)
+        done = subprocess.run(["tshark", "-r", pcap, "-T", "fields", "-e", "frame.interface_name"], capture_output=True, text=True,
+                              timeout=PATIENCE, env=environment(HOME=self.folder))
+        self.assertEqual(sorted(set(done.stdout.split())), ["left", "legs", "waist"])
+        self.assertEqual(len(done.stdout.split()), sum(n for topic, n in counts.items() if topic.startswith("/bus/")))
+        self.refused(["export", self.run_file, "--to", "candump", "--bus", "left"], 2, "CAN frames only")
+        self.refused(["export", self.run_file, "--to", "cvs"], 2, "did you mean csv?")
+        self.refused(["export", self.run_file, "--of", "frames"], 2, "--of takes")
+        self.refused(["export", self.run_file, "--bus", "left"], 2, "--joint")
+
+    def test_import_makes_a_recording_of_a_log(self):
+        log = self.path("legs.log")
+        sinew("export", self.run_file, "--to", "candump", "--bus", "legs", "--out", log)
+        got = as_json("import", log, "--family", "rmd", "--bus", "legs")
+        self.assertEqual(got["file"], self.path("legs.mcap"))
+        judged = mcap.read(got["file"])
+        self.assertEqual(judged["statistics"]["messages"], got["frames"])
+        self.assertEqual(judged["channels"]["/bus/legs"]["metadata"]["family"], "rmd")
+        self.refused(["import", "/is/not/here.log"], 9, "cannot be read")
+        self.refused(["import", log, "--out", self.path("x.txt")], 2, ".mcap")
+        with open(self.path("no.log"), "w") as file:
+            file.write("nonsense\n")
+        self.refused(["import", self.path("no.log")], 9, "line 1")
+
+    def test_a_plot_for_the_eye_and_as_a_picture(self):
+        text = sinew("plot", self.run_file, "--joint", "elbow", columns=80).stdout
+        self.assertEqual(len(text.splitlines()), 6)
+        self.assertLessEqual(max(map(len, text.splitlines())), 80)
+        got = as_json("plot", self.run_file, "--value", "position_rad", "--value", "current_a")
+        self.assertEqual(len(got), 32)
+        picture = self.path("elbow.svg")
+        sinew("plot", self.run_file, "--joint", "elbow", "--value", "position_rad", "--value", "current_a", "--out", picture)
+        with open(picture) as svg:
+            drawn = svg.read()
+        self.assertIn("elbow current_a", drawn)
+        self.refused(["plot", self.run_file, "--value", "position_deg"], 2, "did you mean position_rad?")
+        self.refused(["plot", self.run_file, "--joint", "elbo"], 2, "did you mean elbow?")
+
+    def test_a_recording_answers_as_the_devices_did(self):
+        robot = ["--robot", DEMO] + [word for bus in JOINTS for word in ("--link", f"{bus}=replay:{self.run_file}#{bus}")]
+        lines = [json.loads(line) for line in sinew("watch", *robot, "--for", "100ms", "--json").stdout.splitlines()]
+        self.assertEqual(len(lines), 16)
+        self.assertEqual([one for one in lines if "error" in one], [])
+        first = {}
+        for row in csv.DictReader(io.StringIO(sinew("export", self.run_file).stdout)):
+            first.setdefault(row["joint"], row)
+        for one in lines:
+            self.assertEqual(one["position_rad"] + 0.0, float(first[one["name"]]["position_rad"]), one["name"])
+        again = self.path("again.mcap")
+        told = as_json("record", again, *robot, "--for", "20ms")
+        self.assertEqual((told["joints"], told["losses"]), (16, 0))
+        link = f"replay:{self.run_file}#left"
+        got = as_json("get", link, "precise-position", "--family", "sam", "--id", "1", "--model", "SAM-210EO200")
+        self.assertIn("precise-position", json.dumps(got))
+        self.refused(["get", link, "firmware-version", "--family", "sam", "--id", "99", "--model", "SAM-20"], 7, "no answer")
+        self.refused(["get", f"replay:{self.run_file}#arm", "precise-position", "--family", "sam", "--id", "1"], 3, "it has left")
+        self.refused(["get", f"replay:{DEMO}#left", "precise-position", "--family", "sam", "--id", "1"], 9)
+
+    def test_what_is_no_recording_is_one_sentence(self):
+        for words in (["replay"], ["plot"], ["export", "--to", "candump"], ["export", "--to", "pcapng"], ["export"]):
+            self.refused([*words, DEMO], 9, "no MCAP file", "sinew import")
+            self.refused([*words, "/is/not/here.mcap"], 9, "cannot be read")
+        self.refused(["record", self.path("x.log"), *ROBOT], 2, ".mcap")
+        self.refused(["record", self.path("x.mcap")], 2, "--robot")
+        self.refused(["record", self.path("x.mcap"), "serial:/dev/sinew-is-not-here", "--family", "sam", "--id", "1"], 3)
+        self.refused(["record", "/is/not/here/x.mcap", *ROBOT, "--for", "10ms"], 2, "cannot be written")
+        self.refused(["record", self.path("x.mcap"), *ROBOT, "--rate", "0"], 2, "--rate")
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_a_full_disk_is_a_sentence_and_what_was_recorded_stays_whole(self):
+        os.symlink("/dev/full", self.path("full.mcap"))
+        self.refused(["record", self.path("full.mcap"), *ROBOT, "--for", "1s"], 2, "No space left")
+        file = self.path("run.mcap")
+        done = subprocess.run([SINEW, "record", file, *ROBOT, "--for", "20s"], capture_output=True, text=True, timeout=PATIENCE,
+                              env=environment(), cwd=SOURCE, preexec_fn=full_disk(8_000_000))
+        self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+        self.assertRegex(done.stderr, r"^sinew: [^\n]+run\.mcap cannot be written: File too large\n$")
+        self.assertLessEqual(os.path.getsize(file), 8_000_000)
+        whole = as_json("recover", file)
+        self.assertGreater(whole["messages"], 1000)
+        got = mcap.read(file if whole["was_whole"] else whole["file"])
+        self.assertEqual(got["statistics"]["messages"], whole["messages"])
+
+
+class Live(InFolder):
+    """In real time, beside a simulator that runs."""
+
+    def test_ctrl_c_ends_well_and_listening_hears_the_same(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        file, heard = self.path("run.mcap"), self.path("heard.mcap")
+        ear = subprocess.Popen([SINEW, "record", heard, f"sim:{DEMO}#legs", "--listen"], stdout=subprocess.PIPE, text=True, env=environment())
+        process = subprocess.Popen([SINEW, "record", file, *sim.robot, "--json"], stdout=subprocess.PIPE, text=True, env=environment())
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and not all(os.path.exists(f) and os.path.getsize(f) > 100_000 for f in (file, heard)):
+            time.sleep(0.05)
+        for one in (process, ear):
+            one.send_signal(signal.SIGINT)
+        told = json.loads(process.stdout.read())
+        self.assertEqual(process.wait(PATIENCE), 0)
+        self.assertRegex(ear.stdout.read(), r"^\d+ frames in ")
+        self.assertEqual(ear.wait(PATIENCE), 0)
+        process.stdout.close()
+        ear.stdout.close()
+        got = mcap.read(file)
+        self.assertEqual(got["statistics"]["messages"], told["messages"])
+        self.assertEqual(got["metadata"][0]["values"], {"time": "utc"})
+        self.assertAlmostEqual(int(got["messages"][-1]["log_time_ns"]) * 1e-9, time.time(), delta=600)
+        self.assertGreater(mcap.read(heard)["statistics"]["by_topic"]["/bus/legs"], 100)
+
+    def test_killed_it_loses_a_second_at_most(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        file = self.path("run.mcap")
+        process = subprocess.Popen([SINEW, "record", file, *sim.robot], stdout=subprocess.DEVNULL, env=environment())
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and not (os.path.exists(file) and os.path.getsize(file) > 100_000):
+            time.sleep(0.05)
+        process.kill()
+        process.wait()
+        got = as_json("recover", file)
+        self.assertFalse(got["was_whole"])
+        self.assertGreater(got["messages"], 100)
+        self.assertEqual(mcap.read(got["file"])["statistics"]["messages"], got["messages"])
 
 
 if __name__ == "__main__":

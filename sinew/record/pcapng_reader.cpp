@@ -1,7 +1,8 @@
+#include "sinew/record/little_endian.hpp"
 #include "sinew/record/pcapng.hpp"
+#include "sinew/record/pcapng_format.hpp"
 
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
 #include <limits>
 #include <utility>
@@ -9,80 +10,7 @@
 namespace sinew::record {
 namespace {
 
-constexpr std::uint32_t section_block = 0x0A0D'0D0A, interface_block = 1, simple_packet = 3, packet_block = 6;
-constexpr std::uint32_t byte_order_magic = 0x1A2B'3C4D;
-constexpr std::uint16_t end_of_options = 0, comment = 1;
-constexpr std::uint16_t user_application = 4;                                                       // of a section
-constexpr std::uint16_t interface_name = 2, description = 3, time_resolution = 9, time_offset = 14; // of an interface
-constexpr std::uint16_t packet_flags = 2;                                                           // of a packet
-constexpr std::uint32_t direction_bits = 3, inbound = 1, outbound = 2;
-constexpr std::uint16_t can_socketcan = 227, user0 = 147;
-constexpr std::uint8_t nanoseconds = 9;
-
-constexpr std::uint32_t extended_flag = 0x8000'0000, remote_flag = 0x4000'0000, error_flag = 0x2000'0000;
-constexpr std::uint32_t identifier_bits = 0x1FFF'FFFF, standard_bits = 0x7FF;
-constexpr std::uint8_t fd_frame_flag = 0x04;
-constexpr std::size_t can_header = 8, most_data = 8;
-constexpr std::size_t block_frame = 12; // type, length, and the length again
-
-constexpr std::size_t padded(std::size_t size)
-{
-    return (size + 3) / 4 * 4;
-}
-
-// Written in the order of the machines that are in use.
-void put(std::string& out, std::uint64_t value, std::size_t size)
-{
-    for (std::size_t i = 0; i < size; ++i)
-        out += static_cast<char>(value >> (8 * i) & 0xFF);
-}
-
-void put_option(std::string& out, std::uint16_t code, std::string_view value)
-{
-    value = value.substr(0, std::numeric_limits<std::uint16_t>::max());
-    put(out, code, 2);
-    put(out, value.size(), 2);
-    out += value;
-    out.append(padded(value.size()) - value.size(), '\0');
-}
-
-void put_block(std::string& out, std::uint32_t type, std::string_view body)
-{
-    put(out, type, 4);
-    put(out, body.size() + block_frame, 4);
-    out += body;
-    put(out, body.size() + block_frame, 4);
-}
-
-std::string section()
-{
-    std::string body;
-    put(body, byte_order_magic, 4);
-    put(body, 1, 2); // version 1.0
-    put(body, 0, 2);
-    put(body, ~0ULL, 8); // length not known
-    put_option(body, user_application, "sinew");
-    put_option(body, end_of_options, "");
-    return body;
-}
-
-std::string can_packet(const Captured& captured)
-{
-    std::uint32_t id = captured.frame.can_id & identifier_bits;
-    if (captured.extended)
-        id |= extended_flag;
-    if (captured.kind == Captured::Kind::can_remote)
-        id |= remote_flag;
-    if (captured.kind == Captured::Kind::can_error)
-        id |= error_flag;
-    std::string out;
-    for (const int shift : {24, 16, 8, 0}) // big-endian in every file
-        out += static_cast<char>(id >> shift & 0xFF);
-    put(out, captured.frame.size, 1);
-    put(out, 0, 3);
-    const auto data = captured.data();
-    return out.append(reinterpret_cast<const char*>(data.data()), data.size());
-}
+using namespace pcapng;
 
 std::expected<void, std::string> read_can(std::span<const std::uint8_t> packet, Captured& out)
 {
@@ -109,11 +37,6 @@ std::expected<void, std::string> read_can(std::span<const std::uint8_t> packet, 
         return std::unexpected(fmt::format("a CAN packet says {} bytes and has {}", size, packet.size() - can_header));
     std::ranges::copy(packet.subspan(can_header, size), out.frame.data.begin());
     return {};
-}
-
-std::string text_of(std::span<const std::uint8_t> bytes)
-{
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 } // namespace
@@ -209,9 +132,9 @@ std::expected<void, std::string> PcapngReader::read_interface(Bytes body)
         for_each_option(body.subspan(fixed), [&](std::uint16_t code, Bytes value) -> std::expected<void, std::string> {
             constexpr std::uint8_t base_two = 0x80, most_ten = 19, most_two = 63;
             if (code == interface_name)
-                out.name = text_of(value);
+                out.name = std::string(text_of(value));
             if (code == description)
-                out.family = text_of(value);
+                out.family = std::string(text_of(value));
             if (code == time_resolution && !value.empty()) {
                 out.resolution = value[0];
                 const bool is_two = (value[0] & base_two) != 0;
@@ -286,7 +209,7 @@ std::expected<Captured, std::string> PcapngReader::read_packet(Bytes body) const
     const auto read = for_each_option(body.subspan(fixed + padded(size)),
                                       [&](std::uint16_t code, Bytes value) -> std::expected<void, std::string> {
                                           if (code == comment)
-                                              out.discarded = text_of(value);
+                                              out.discarded = std::string(text_of(value));
                                           if (code == packet_flags && value.size() == 4) {
                                               const std::uint32_t direction = number(value, 0, 4) & direction_bits;
                                               if (direction == inbound)
@@ -337,57 +260,6 @@ std::expected<std::optional<Captured>, Error> PcapngReader::next()
             return failed(read.error());
     }
     return std::nullopt;
-}
-
-std::expected<void, Error> PcapngWriter::add(const Captured& captured, std::string& out)
-{
-    const auto since = captured.at.time_since_epoch().count();
-    if (since < 0)
-        return fail(Errc::bad_argument, "a pcapng file of sinew holds no time before 1970");
-    constexpr std::size_t most = PcapngReader::longest_block / 2;
-    if (captured.data().size() + captured.bus.size() + captured.family.size() + captured.discarded.size() > most)
-        return fail(Errc::bad_argument, fmt::format("{} bytes are too many for one packet", captured.data().size()));
-    if (!begun_)
-        put_block(out, section_block, section());
-    begun_ = true;
-    const Known bus{captured.bus, captured.family, captured.is_can()};
-    auto known = std::ranges::find(interfaces_, bus);
-    if (known == interfaces_.end()) {
-        std::string body;
-        put(body, bus.can ? can_socketcan : user0, 2);
-        put(body, 0, 2);
-        put(body, 0, 4); // packets are kept whole
-        if (!bus.bus.empty())
-            put_option(body, interface_name, bus.bus);
-        if (!bus.family.empty())
-            put_option(body, description, bus.family);
-        put_option(body, time_resolution, std::string(1, static_cast<char>(nanoseconds)));
-        put_option(body, end_of_options, "");
-        put_block(out, interface_block, body);
-        known = interfaces_.insert(interfaces_.end(), bus);
-    }
-    const std::string packet =
-        bus.can ? can_packet(captured)
-                : std::string(reinterpret_cast<const char*>(captured.bytes.data()), captured.bytes.size());
-    std::string body;
-    put(body, static_cast<std::uint64_t>(known - interfaces_.begin()), 4);
-    put(body, static_cast<std::uint64_t>(since) >> 32, 4);
-    put(body, static_cast<std::uint64_t>(since) & 0xFFFF'FFFF, 4);
-    put(body, packet.size(), 4);
-    put(body, packet.size(), 4);
-    body += packet;
-    body.append(padded(packet.size()) - packet.size(), '\0');
-    if (captured.direction) {
-        std::string flags;
-        put(flags, *captured.direction == wire::Direction::request ? outbound : inbound, 4);
-        put_option(body, packet_flags, flags);
-    }
-    if (!captured.discarded.empty())
-        put_option(body, comment, captured.discarded);
-    if (captured.direction || !captured.discarded.empty())
-        put_option(body, end_of_options, "");
-    put_block(out, packet_block, body);
-    return {};
 }
 
 } // namespace sinew::record

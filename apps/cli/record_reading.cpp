@@ -1,0 +1,284 @@
+#include "apps/cli/record_reading.hpp"
+
+#include "apps/cli/bus_target.hpp"
+#include "apps/cli/exit_codes.hpp"
+#include "sinew/record/recorder.hpp"
+#include "sinew/record/tap.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+
+namespace sinew::cli {
+namespace {
+
+using record::Recorder;
+
+constexpr Duration full_period = std::chrono::seconds(1); // of what changes slowly
+constexpr Duration lost_period = std::chrono::milliseconds(100);
+
+struct Recorded {
+    Driven driven;
+    Recorder::Joint id{};
+    bool silent = false;
+};
+
+/// One bus with its devices and the exchange that runs on it.
+struct Line {
+    bus::Bus* bus = nullptr;
+    std::vector<Recorded> joints{};
+    std::vector<wire::Request> requests{};
+    std::vector<std::size_t> whose{}; ///< the joint of each request
+    std::vector<bus::Result> results{};
+    TimePoint next{}, next_full{};
+    bool running = false, lost = false;
+};
+
+/// In the units of the joint.
+actuator::State joint_state(const Recorded& one)
+{
+    auto state = one.driven.state;
+    const auto* joint = one.driven.device.joint;
+    if (state.position_rad)
+        state.position_rad = {to_joint_position(joint, *state.position_rad), state.position_rad.at()};
+    if (state.velocity_rad_s)
+        state.velocity_rad_s = {to_joint_velocity(joint, *state.velocity_rad_s), state.velocity_rad_s.at()};
+    return state;
+}
+
+class Recording
+{
+public:
+    Recording(Session& session, Recorder& recorder, Duration period)
+        : session_(session), recorder_(recorder), period_(period)
+    {
+    }
+
+    std::expected<void, Error> add(Device device);
+    std::expected<void, Error> run(TimePoint end);
+    std::uint64_t looks() const { return looks_; }
+    std::uint64_t losses() const { return losses_; }
+    std::size_t joints() const
+    {
+        std::size_t out = 0;
+        for (const auto& line : lines_)
+            out += line.joints.size();
+        return out;
+    }
+
+private:
+    std::expected<void, Error> start(Line& line, TimePoint now);
+    void end(Line& line, TimePoint now);
+    std::expected<void, Error> work(Line& line);
+    Line& line_of(bus::Bus& bus, const Device& device);
+
+    Session& session_;
+    Recorder& recorder_;
+    Duration period_; ///< 0: as often as the wire allows
+    std::vector<Line> lines_;
+    std::uint64_t looks_ = 0, losses_ = 0;
+};
+
+Line& Recording::line_of(bus::Bus& bus, const Device& device)
+{
+    const auto known = std::ranges::find(lines_, &bus, &Line::bus);
+    if (known != lines_.end())
+        return *known;
+    const auto name = device.joint != nullptr ? device.joint->bus.value : short_name(device.link);
+    const auto id = recorder_.add_bus({.name = name,
+                                       .family = std::string(device.family->name),
+                                       .can = device.family->can,
+                                       .bit_rate = bus.link_state().bit_rate});
+    bus.set_tap([this, id](const bus::Tapped& tapped) { recorder_.frame(id, tapped); });
+    return lines_.emplace_back(Line{.bus = &bus});
+}
+
+std::expected<void, Error> Recording::add(Device device)
+{
+    const auto opened = session_.bus_of(device);
+    if (!opened)
+        return std::unexpected(opened.error());
+    Line& line = line_of(**opened, device);
+    auto driven = drive(session_, std::move(device));
+    if (!driven)
+        return std::unexpected(driven.error());
+    const auto& known = driven->device;
+    const auto id =
+        recorder_.add_joint({.name = known.name,
+                             .bus = known.joint != nullptr ? known.joint->bus.value : short_name(known.link),
+                             .family = std::string(known.family->name),
+                             .model = std::string(known.model()),
+                             .id = known.id});
+    line.joints.push_back({.driven = std::move(*driven), .id = id});
+    return {};
+}
+
+std::expected<void, Error> Recording::start(Line& line, TimePoint now)
+{
+    const bool full = now >= line.next_full;
+    if (full)
+        line.next_full = now + full_period;
+    line.requests.clear();
+    line.whose.clear();
+    for (std::size_t i = 0; i < line.joints.size(); ++i) {
+        const auto planned =
+            line.joints[i].driven.driver->plan_read(full ? actuator::Depth::full : actuator::Depth::motion);
+        if (!planned)
+            return std::unexpected(planned.error());
+        for (const auto& request : planned->all()) {
+            line.requests.push_back(request);
+            line.whose.push_back(i);
+        }
+    }
+    line.results.assign(line.requests.size(), {});
+    line.bus->start(line.requests, line.results);
+    line.running = true;
+    return {};
+}
+
+void Recording::end(Line& line, TimePoint now)
+{
+    line.running = false;
+    ++looks_;
+    std::vector<bool> heard(line.joints.size());
+    for (std::size_t i = 0; i < line.results.size(); ++i) {
+        Recorded& one = line.joints[line.whose[i]];
+        const auto reply = line.results[i].reply();
+        const bool good =
+            reply && one.driven.driver->absorb(line.requests[i], *reply, line.results[i].at, one.driven.state);
+        if (good)
+            heard[line.whose[i]] = true;
+        else if (reply || reply.error().code != Errc::stopped)
+            ++losses_;
+    }
+    const bool lost = line.bus->link_trouble() != nullptr;
+    if (lost != line.lost)
+        recorder_.event(now, lost ? Recorder::Level::error : Recorder::Level::info, lost ? "link-lost" : "link-back",
+                        line.bus->name());
+    line.lost = lost;
+    for (std::size_t i = 0; i < line.joints.size() && !interrupted(); ++i) {
+        Recorded& one = line.joints[i];
+        if (heard[i])
+            recorder_.state(one.id, joint_state(one));
+        if (heard[i] == one.silent && !lost)
+            recorder_.event(now, one.silent ? Recorder::Level::info : Recorder::Level::warning,
+                            one.silent ? "answers-again" : "no-answer", one.driven.device.name);
+        one.silent = !heard[i];
+    }
+    line.next = lost ? now + lost_period : std::max(line.next + period_, now);
+}
+
+/// Moves on as far as it goes without waiting.
+std::expected<void, Error> Recording::work(Line& line)
+{
+    const TimePoint now = session_.clock().now();
+    if (line.running && line.bus->work())
+        end(line, now);
+    if (!line.running && now >= line.next) {
+        if (auto started = start(line, now); !started)
+            return started;
+        if (line.bus->work())
+            end(line, now);
+    }
+    return {};
+}
+
+std::expected<void, Error> Recording::run(TimePoint end)
+{
+    std::vector<link::Handle> handles;
+    while (!interrupted() && session_.clock().now() < end) {
+        TimePoint deadline = end;
+        handles.clear();
+        for (auto& line : lines_) {
+            if (auto worked = work(line); !worked)
+                return worked;
+            deadline = std::min(deadline, line.running ? line.bus->deadline() : line.next);
+            std::ranges::copy(line.bus->handles(), std::back_inserter(handles));
+        }
+        // In real time a thread of the recorder's own does it.
+        constexpr double half = 0.5;
+        if (session_.in_virtual_time() && recorder_.fill() > half)
+            if (auto drained = recorder_.drain(); !drained)
+                return drained;
+        if (recorder_.failed())
+            return {}; // `finish` says why
+        if (!interrupted())
+            session_.clock().wait(handles, deadline);
+    }
+    return {};
+}
+
+std::expected<std::vector<Device>, Error> devices_from(const Words& words)
+{
+    if (!words.has("TARGET"))
+        return whole_robot(words);
+    auto one = target(words);
+    if (!one)
+        return std::unexpected(one.error());
+    std::vector<Device> out;
+    out.push_back(std::move(*one));
+    return out;
+}
+
+void print_summary(const Words& words, const std::string& path, const Recorder& recorder, const Recording& recording,
+                   Duration time)
+{
+    if (words.json())
+        print(Json::object({{"file", path},
+                            {"messages", static_cast<std::int64_t>(recorder.messages())},
+                            {"dropped", static_cast<std::int64_t>(recorder.dropped())},
+                            {"joints", static_cast<std::int64_t>(recording.joints())},
+                            {"looks", static_cast<std::int64_t>(recording.looks())},
+                            {"losses", static_cast<std::int64_t>(recording.losses())},
+                            {"time_s", seconds(time)}}));
+    else
+        fmt::print("{} messages of {} {} in {:.3f} s are in {}\n", recorder.messages(), recording.joints(),
+                   recording.joints() == 1 ? "joint" : "joints", seconds(time), path);
+    if (recorder.dropped() != 0)
+        fmt::print(stderr, "sinew: {} messages were lost because the disk was too slow\n", recorder.dropped());
+    if (recording.losses() != 0)
+        fmt::print(stderr, "sinew: {} requests were not answered\n", recording.losses());
+}
+
+} // namespace
+
+Outcome record_reading(const Words& words, const std::string& path, std::optional<Duration> time)
+{
+    const auto period = words.period("--rate");
+    if (!period)
+        return std::unexpected(period.error());
+    auto devices = devices_from(words);
+    if (!devices)
+        return std::unexpected(devices.error());
+    Session session;
+    // Opened before the file is made: a link that is not there leaves an older recording as it was.
+    for (const auto& device : *devices)
+        if (const auto opened = session.bus_of(device); !opened)
+            return std::unexpected(opened.error());
+    const auto zero = session.in_virtual_time() ? record::Time{} : record::time_of_day_zero(session.clock());
+    auto recorder = Recorder::create(path, {.zero = zero});
+    if (!recorder)
+        return std::unexpected(recorder.error());
+    if (const auto& file = devices->front().file) {
+        std::ifstream in(file->path, std::ios::binary);
+        if (auto kept = (*recorder)->attach("robot.toml", "application/toml", {std::istreambuf_iterator<char>(in), {}});
+            !kept)
+            return std::unexpected(kept.error());
+    }
+    Recording recording(session, **recorder, period->value_or(Duration{}));
+    for (auto& device : *devices)
+        if (auto added = recording.add(std::move(device)); !added)
+            return std::unexpected(added.error());
+    if (!session.in_virtual_time())
+        (*recorder)->run_in_thread();
+    const TimePoint begin = session.clock().now();
+    const auto ran = recording.run(time ? begin + *time : TimePoint::max());
+    const auto finished = (*recorder)->finish();
+    if (!ran || !finished)
+        return std::unexpected(ran ? finished.error() : ran.error());
+    print_summary(words, path, **recorder, recording, session.clock().now() - begin);
+    return exit_done;
+}
+
+} // namespace sinew::cli
