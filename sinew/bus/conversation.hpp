@@ -105,7 +105,7 @@ public:
     Counters& own_counters(int id) { return per_id_[slot_of(id)]; }
     /// That has been done, beginning at `now`. The conversation knows nothing of it, and nothing else may be asked of
     /// it, until `answered_plain` or `adopt`.
-    template <bool can>
+    template <bool IsCan>
     inline void sent_plain(const wire::Request& request, Result& result, Counters& own, TimePoint now);
     /// Takes the answer, whole and with nothing before or behind it: then all is over. False where it is anything else.
     inline bool answered_plain(const wire::Request& request, Result& result, Counters& own,

@@ -133,7 +133,7 @@ namespace sinew::bus {
     return true;
 }
 
-template <bool can>
+template <bool IsCan>
 [[gnu::always_inline]] inline void Conversation::sent_plain(const wire::Request& request, Result& result, Counters& own,
                                                             TimePoint now)
 {
@@ -142,9 +142,9 @@ template <bool can>
     result.tries = 1;
     result.sent_at = now;
     const Exchange exchange = times_.predict_single(request);
-    result.due = (can ? std::max(now, clear_at_) : now) + exchange.total();
+    result.due = (IsCan ? std::max(now, clear_at_) : now) + exchange.total();
     result.deadline = result.due + margin_;
-    if constexpr (!can)
+    if constexpr (!IsCan)
         earliest_ = earliest(exchange.request, exchange.replies, now);
     ++total_.requests;
     ++own.requests;

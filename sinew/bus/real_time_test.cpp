@@ -22,6 +22,18 @@ std::vector<Refusal> in_a_thread(const RealTime& wanted, cpu_set_t* bound = null
     return refused;
 }
 
+/// Under a sanitizer `mlockall` does nothing and says that it did it.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define SINEW_LOCKS_NOTHING true
+#endif
+#endif
+#ifdef SINEW_LOCKS_NOTHING
+constexpr bool locks_nothing = true;
+#else
+constexpr bool locks_nothing = false;
+#endif
+
 /// The exit code of a process that has been left without rights.
 [[noreturn]] void ask_for_all_without_rights()
 {
@@ -78,9 +90,10 @@ TEST(RealTime, SaysWhichPrioritiesThereAre)
 
 TEST(RealTimeDeathTest, SaysWhichRightIsMissingForEachThatIsRefused)
 {
-    EXPECT_EXIT(ask_for_all_without_rights(), testing::ExitedWithCode(0),
-                "priority: priority 50 is not given: .*CAP_SYS_NICE.*limit, which is 0 [^\n]*\n"
-                "lock_memory: memory is not locked: .*CAP_IPC_LOCK.* which is 0 kB");
+    std::string expected = "priority: priority 50 is not given: .*CAP_SYS_NICE.*limit, which is 0 ";
+    if (!locks_nothing)
+        expected += "[^\n]*\nlock_memory: memory is not locked: .*CAP_IPC_LOCK.* which is 0 kB";
+    EXPECT_EXIT(ask_for_all_without_rights(), testing::ExitedWithCode(0), expected);
 }
 
 } // namespace

@@ -255,15 +255,15 @@ template <class M, Direction D, class Value, std::size_t... I>
     return error;
 }
 
-/// False: `explain_frame` says why. `taken`: the framing of its family has found it as an answer to this message, so
+/// False: `explain_frame` says why. `Taken`: the framing of its family has found it as an answer to this message, so
 /// that what its layout has a checksum for is not looked at again.
-template <class M, Direction D, bool taken = false, class Value, std::size_t... I>
+template <class M, Direction D, bool Taken = false, class Value, std::size_t... I>
 [[gnu::always_inline]] inline bool decode(const Frame& frame, Options options, int& id, Value& message,
                                           std::index_sequence<I...>)
 {
     constexpr const Layout& layout = *typed_side<M, D>().layout;
     constexpr std::size_t size = typed_side<M, D>().size;
-    if constexpr (taken && layout.checksum != Checksum::none && !has<M, D>(Kind::repeat))
+    if constexpr (Taken && layout.checksum != Checksum::none && !has<M, D>(Kind::repeat))
         return (get_part<M, D, I>(frame, options, message) && ...);
     const bool size_fits =
         has<M, D>(Kind::sequence) ? frame.size >= size && frame.size <= Frame::capacity : frame.size == size;
