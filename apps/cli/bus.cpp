@@ -216,6 +216,7 @@ Verb bus_verb()
                     "wire allows.",
             .arguments = {bus_argument},
             .options = {robot_option,
+                        sim_option,
                         link_option,
                         family_option,
                         {"--id", "N", "the id of a device; once for each", true},

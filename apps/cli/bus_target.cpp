@@ -106,6 +106,9 @@ std::expected<BusTarget, Error> bus_target(const Words& words)
     const auto uri = is_link(word) ? link::parse_uri(word) : std::expected<link::Uri, Error>{};
     if (!uri)
         return std::unexpected(uri.error());
+    if (is_link(word))
+        if (auto fine = no_sim_for(words, word); !fine)
+            return std::unexpected(fine.error());
     if (is_link(word) && uri->scheme != "sim")
         return bus_on_link(words, word);
     for (const auto* option : {"--family", "--id", "--model", "--profile"})

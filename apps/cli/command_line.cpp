@@ -65,7 +65,8 @@ std::expected<Words, Error> understand(const Verb& verb, std::span<char* const> 
         return fail(Errc::bad_argument, fmt::format("{}; see sinew {} --help", error.what(), verb.name));
     }
     for (const auto& word : app.remaining())
-        return refuse_word(verb, unhide(word));
+        if (word != "--") // what follows it are no options, and stands among the arguments
+            return refuse_word(verb, unhide(word));
 
     Words out;
     std::size_t next = 0;
@@ -166,6 +167,15 @@ int run_words(std::span<char* const> words)
         return exit_done;
     }
     if (first == "help" && words.size() > 1) {
+        if (words[1] == std::string_view("--json")) {
+            fmt::print("{}", help_json());
+            return exit_done;
+        }
+        for (const auto& topic : help_topics())
+            if (topic.name == words[1]) {
+                fmt::print("{}", help(topic));
+                return exit_done;
+            }
         const Verb* verb = find_verb(words.subspan(1)).verb;
         if (verb == nullptr)
             return unknown_verb(words[1]);

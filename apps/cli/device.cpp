@@ -138,7 +138,8 @@ std::expected<wire::Values, Error> reply_values(const wire::Request& asked, cons
 
 std::vector<Option> with_device_options(std::vector<Option> options)
 {
-    for (const auto& option : {robot_option, link_option, family_option, id_option, model_option, profile_option})
+    for (const auto& option :
+         {robot_option, sim_option, link_option, family_option, id_option, model_option, profile_option})
         options.push_back(option);
     return options;
 }

@@ -55,6 +55,7 @@ std::expected<wire::Values, Error> reply_values(const wire::Request& asked, cons
 // The options that name a device, for the rows of the verbs.
 inline constexpr Option robot_option{"--robot", "FILE", "the robot file that has the joint (or SINEW_ROBOT)"};
 inline constexpr Option link_option{"--link", "BUS=LINK", "another link for a bus of the robot file", true};
+inline constexpr Option sim_option{"--sim", "", "simulate the robot file in this command; no device is touched"};
 inline constexpr Option family_option{"--family", "F", "sam, nuri or rmd"};
 inline constexpr Option id_option{"--id", "N", "the id of the device"};
 inline constexpr Option model_option{"--model", "M", "its model; a SAM is asked for it where it is not given"};

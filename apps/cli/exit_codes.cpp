@@ -25,6 +25,7 @@ std::span<const ExitCode> exit_codes()
         {exit_refused, "refused: the device or its firmware line cannot do it", {not_in_profile, unsupported}},
         {exit_diagnosed_warning, "doctor found warnings, and nothing worse", {}},
         {exit_diagnosed_error, "doctor found errors", {}},
+        {exit_differs, "diff found differences", {}},
         {exit_interrupted, "ended by Ctrl-C", {stopped}},
     };
     return all;

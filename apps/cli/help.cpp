@@ -1,7 +1,10 @@
 #include "apps/cli/help.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/json.hpp"
 #include "apps/cli/terminal.hpp"
+#include "sinew/link/links.hpp"
+#include "sinew/sim/links.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -41,6 +44,55 @@ std::string section(std::string_view title, const std::vector<std::pair<std::str
 std::string paragraph(std::string_view text)
 {
     return wrap(text, 0, fits()) + '\n';
+}
+
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+Rows exit_code_rows()
+{
+    Rows out;
+    for (const auto& code : exit_codes())
+        out.emplace_back(std::to_string(code.number), code.says);
+    return out;
+}
+
+Rows environment_rows()
+{
+    return {{"SINEW_ROBOT", "the robot file, where --robot is not given"},
+            {"SINEW_PATIENCE",
+             "how long a slow or busy host may let an answer lie, such as 500ms; without it what its answers were "
+             "measured to take"},
+            {"XDG_STATE_HOME",
+             "where the count of flash writes is kept (sinew/flash-writes.toml); ~/.local/state where it "
+             "is not set"},
+            {"XDG_RUNTIME_DIR", "where a simulator that runs is found"},
+            {"COLUMNS", "how wide the text is, where there is no terminal"},
+            {"NO_COLOR", "no bold text"}};
+}
+
+Rows unit_rows()
+{
+    return {
+        {"45deg, 0.785rad, 0.125turn", "angles on the command line, always with their unit"},
+        {"30deg/s, 30dps, 0.5rad/s, 5rpm", "speeds"},
+        {"10s, 500ms, 2min", "times; a number alone is seconds"},
+        {"0.5A, 0.2Nm", "currents and torques of sinew move"},
+        {"speed=0x10, mode=brake, speed=90dps", "fields of messages: numbers as they are on the wire, words, or values "
+                                                "with the unit of the row"},
+        {"JSON, CSV", "SI, with the unit in the name: position_rad, velocity_rad_s, current_a, torque_nm, voltage_v, "
+                      "temperature_c, time_s"},
+        {"robot files", "as in JSON, and angles in degrees under names that end in _deg and _deg_s"}};
+}
+
+Rows link_rows()
+{
+    auto links = link::Links::system();
+    sim::Worlds worlds;
+    sim::add(links, worlds);
+    Rows out;
+    for (const auto& scheme : links.schemes())
+        out.emplace_back(scheme.form, scheme.says);
+    return out;
 }
 
 } // namespace
@@ -85,16 +137,52 @@ std::string help()
     out += section("Verbs", rows);
     out += section("Options",
                    {{"--help", "show this; after a verb: what that verb takes"}, {"--version", "show the version"}});
-    out += section("Environment",
-                   {{"SINEW_ROBOT", "the robot file, where --robot is not given"},
-                    {"SINEW_PATIENCE",
-                     "how long a slow or busy host may let an answer lie, such as 500ms; without it what its answers "
-                     "were measured to take"},
-                    {"NO_COLOR", "no bold text"}});
+    out += section("Environment", environment_rows());
     rows.clear();
-    for (const auto& code : exit_codes())
-        rows.emplace_back(std::to_string(code.number), code.says);
-    return out + section("Exit codes", rows);
+    for (const auto& topic : help_topics())
+        rows.emplace_back(fmt::format("sinew help {}", topic.name), std::string(topic.says));
+    out += section("More", rows);
+    return out + section("Exit codes", exit_code_rows());
+}
+
+std::span<const HelpTopic> help_topics()
+{
+    static constexpr HelpTopic all[] = {
+        {"units", "UNITS", "how angles, speeds and times are written", unit_rows},
+        {"exit-codes", "EXIT CODES", "what the command leaves behind for scripts", exit_code_rows},
+        {"environment", "ENVIRONMENT", "the variables that count", environment_rows},
+        {"links", "LINKS", "how a port is named", link_rows},
+    };
+    return all;
+}
+
+std::string help(const HelpTopic& topic)
+{
+    return section(topic.title, topic.rows()).substr(1);
+}
+
+std::string help_json()
+{
+    Json all = Json::array();
+    for (const auto& verb : verbs()) {
+        Json arguments = Json::array();
+        for (const auto& a : verb.arguments)
+            arguments.add(
+                Json::object({{"name", a.name}, {"says", a.says}, {"required", a.required}, {"many", a.many}}));
+        Json options = Json::array();
+        for (const auto& o : verb.options)
+            options.add(Json::object({{"name", o.name}, {"value", o.value}, {"says", o.says}, {"many", o.many}}));
+        Json examples = Json::array();
+        for (const auto& e : verb.examples)
+            examples.add(Json::object({{"line", e.line}, {"says", e.says}}));
+        all.add(Json::object({{"name", verb.name},
+                              {"says", verb.says},
+                              {"arguments", std::move(arguments)},
+                              {"options", std::move(options)},
+                              {"examples", std::move(examples)},
+                              {"more", verb.more}}));
+    }
+    return all.pretty() + "\n";
 }
 
 } // namespace sinew::cli

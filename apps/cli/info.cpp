@@ -1,4 +1,5 @@
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/flash_ledger.hpp"
 #include "apps/cli/names.hpp"
 #include "apps/cli/readings.hpp"
 
@@ -35,6 +36,9 @@ void print_head(const Device& device)
     fact("profile", device.line().name);
     fact("id", std::to_string(device.id));
     fact("link", device.link);
+    if (const auto writes = flash_writes(device))
+        fact("flash", fmt::format("written {} {} by this host; it may fail after {}", *writes,
+                                  *writes == 1 ? "time" : "times", documented_flash_writes));
     fmt::print("\n");
 }
 
@@ -68,6 +72,7 @@ Outcome run(const Words& words)
                             {"profile", device->line().name},
                             {"id", device->id},
                             {"link", device->link},
+                            {"flash_writes", flash_writes(*device)},
                             {"readings", to_json(readings)}}));
         return exit_done;
     }

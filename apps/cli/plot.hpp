@@ -25,6 +25,13 @@ struct Plot {
     std::vector<Panel> panels; ///< as many values each as `x`
 };
 
+/// A panel in characters for a terminal, `width` columns and `height` lines of it beside its scale; the level is a line
+/// of dots.
+std::string text_plot(const std::vector<double>& x, const Panel& panel, std::size_t width, std::size_t height);
+
+/// The last values as one line of blocks, `width` columns at most, from the lowest to the highest of them.
+std::string sparkline(const std::vector<double>& values, std::size_t width);
+
 /// What gnuplot is told to do.
 std::string gnuplot_script(const Plot& plot);
 

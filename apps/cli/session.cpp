@@ -1,66 +1,12 @@
 #include "apps/cli/session.hpp"
 
-#include "sinew/base/bytes.hpp"
 #include "sinew/family/drivers.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace sinew::cli {
-namespace {
-
-constexpr std::string_view how_to_name_a_device =
-    "name a joint with --robot FILE, or a link with --family and --id, such as serial:/dev/ttyUSB0?baud=1500000 "
-    "--family sam --id 1";
-
-std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const std::string& path)
-{
-    auto file = config::read_robot_file(path);
-    if (!file)
-        return std::unexpected(file.error());
-    return std::make_shared<const config::RobotFile>(std::move(*file));
-}
-
-std::expected<std::string, Error> link_of(const std::map<std::string, std::string>& given, const Device& device)
-{
-    const auto& file = *device.file;
-    const auto& bus = *file.find_bus(device.joint->bus.value);
-    const auto named = given.find(bus.name);
-    const std::string link = named != given.end() ? named->second : bus.link ? bus.link->value : std::string{};
-    if (link.empty())
-        return fail(
-            Errc::bad_argument,
-            fmt::format("bus {} of {} has no link: give it with --link {}=LINK, as `sinew sim {}` prints it, or "
-                        "write link = \"...\" into the file",
-                        bus.name, file.path, bus.name, file.path));
-    const auto rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : 0;
-    return with_bit_rate(link, *device.family, rate);
-}
-
-std::expected<std::vector<Device>, Error> joints_of(const Words& words, const std::string& path,
-                                                    std::optional<std::string_view> only)
-{
-    auto all = devices_in(path);
-    if (!all)
-        return all;
-    std::vector<std::string_view> names;
-    for (const auto& device : *all)
-        names.push_back(device.joint->name);
-    if (only && std::ranges::find(names, *only) == names.end())
-        return fail(Errc::unknown_name,
-                    fmt::format("{} has no joint '{}'{}", path, *only,
-                                nearest(*only, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                              : did_you_mean(*only, names)));
-    if (only)
-        std::erase_if(*all, [&](const Device& device) { return device.joint->name != *only; });
-    if (auto given = give_links(words, *all); !given)
-        return std::unexpected(given.error());
-    return all;
-}
-
-} // namespace
 
 std::expected<bus::Settings, Error> bus_settings()
 {
@@ -74,86 +20,6 @@ std::expected<bus::Settings, Error> bus_settings()
     for (Duration* margin : {&settings.margin_at_first, &settings.margin_least, &settings.margin_most})
         *margin = std::max(*margin, *patience);
     return settings;
-}
-
-std::optional<std::string> robot_path(const Words& words)
-{
-    if (const auto given = words.text("--robot"))
-        return given;
-    const char* environment = std::getenv("SINEW_ROBOT");
-    return environment != nullptr && *environment != '\0' ? std::optional<std::string>(environment) : std::nullopt;
-}
-
-std::expected<std::vector<Device>, Error> devices_in(const std::string& path)
-{
-    const auto file = read_robot(path);
-    if (!file)
-        return std::unexpected(file.error());
-    auto robot = resolve(**file);
-    if (!robot)
-        return std::unexpected(robot.error());
-    std::vector<Device> out;
-    for (auto& joint : robot->joints)
-        out.push_back({.name = joint.joint->name,
-                       .link = joint.bus->link ? joint.bus->link->value : std::string{},
-                       .family = joint.family,
-                       .id = sinew::id_of(joint.device),
-                       .spec = std::move(joint.device),
-                       .joint = joint.joint,
-                       .file = *file});
-    return out;
-}
-
-std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices)
-{
-    for (auto& device : devices) {
-        const auto given = given_links(words, *device.file);
-        if (!given)
-            return std::unexpected(given.error());
-        auto link = link_of(*given, device);
-        if (!link)
-            return std::unexpected(link.error());
-        device.link = std::move(*link);
-    }
-    return {};
-}
-
-bool is_link(std::string_view word)
-{
-    return word.find(':') != std::string_view::npos || word.find('/') != std::string_view::npos;
-}
-
-std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate)
-{
-    const auto uri = link::parse_uri(link);
-    if (!uri || family.can || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
-        return link;
-    auto with = *uri;
-    with.options.emplace_back("baud", std::to_string(bit_rate != 0 ? bit_rate : family.default_bit_rate));
-    return link::to_string(with);
-}
-
-std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file)
-{
-    std::vector<std::string_view> names;
-    for (const auto& bus : file.buses)
-        names.push_back(bus.name);
-    std::map<std::string, std::string> out;
-    for (const std::string_view word : words.all("--link")) {
-        const auto equals = std::min(word.find('='), word.size());
-        const auto bus = word.substr(0, equals);
-        if (equals == word.size() || !is_link(word.substr(equals + 1)))
-            return fail(
-                Errc::bad_argument,
-                fmt::format("--link takes BUS=LINK, such as left=serial:/dev/ttyUSB0?baud=1500000, not '{}'", word));
-        if (std::ranges::find(names, bus) == names.end())
-            return fail(Errc::unknown_name,
-                        fmt::format("{} has no bus '{}'{}", file.path, bus,
-                                    nearest(bus, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                                : did_you_mean(bus, names)));
-        out.insert_or_assign(std::string(bus), std::string(word.substr(equals + 1)));
-    }
-    return out;
 }
 
 Session::Session() : links_(link::Links::system())
@@ -209,49 +75,6 @@ std::vector<bus::Bus*> Session::buses() const
     for (const auto& open : open_)
         out.push_back(open.bus.get());
     return out;
-}
-
-bool has_robot(const Words& words)
-{
-    return robot_path(words).has_value();
-}
-
-std::expected<Device, Error> target(const Words& words)
-{
-    const std::string word = words.text("TARGET").value_or("");
-    if (is_link(word)) {
-        auto device = device_of(words, word);
-        if (device)
-            device->link = with_bit_rate(device->link, *device->family);
-        return device;
-    }
-    const auto path = robot_path(words);
-    if (!path)
-        return fail(Errc::bad_argument,
-                    fmt::format("'{}' is no link, and there is no robot file that could have such a "
-                                "joint: {}",
-                                word, how_to_name_a_device));
-    for (const auto* option : {"--family", "--id", "--model", "--profile"})
-        if (words.has(option))
-            return fail(Errc::bad_argument,
-                        fmt::format("{} goes with a link; for the joint {} the robot file says it", option, word));
-    auto joints = joints_of(words, *path, word);
-    if (!joints)
-        return std::unexpected(joints.error());
-    return std::move(joints->front());
-}
-
-std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
-{
-    const auto path = robot_path(words);
-    if (!path)
-        return fail(Errc::bad_argument, fmt::format("which device? Please {}", how_to_name_a_device));
-    return robot_at(words, *path);
-}
-
-std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path)
-{
-    return joints_of(words, path, std::nullopt);
 }
 
 std::expected<void, Error> find_model(Device& device, bus::Bus& bus)

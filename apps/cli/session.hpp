@@ -17,6 +17,9 @@ namespace sinew::cli {
 /// Whether a word names a link and not a joint.
 bool is_link(std::string_view word);
 
+/// `bad_argument` where `--sim` stands beside a link, which has no robot file to simulate.
+std::expected<void, Error> no_sim_for(const Words& words, std::string_view link);
+
 /// The link with a bit rate for families whose ports must be given one, where it says none.
 std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate = 0);
 
@@ -57,13 +60,16 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
 
 /// The device that TARGET and the options name. Nothing is opened.
 std::expected<Device, Error> target(const Words& words);
+/// That device, or all joints of the robot file where there is no TARGET.
+std::expected<std::vector<Device>, Error> targets(const Words& words);
 /// All joints of the robot file that the options name.
 std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
 /// The same of this file.
 std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path);
 /// The joints of a robot file, with the links that stand in it (empty: none).
 std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
-/// The links of the command line, else those of the robot file; `bad_argument` where neither says one.
+/// With `--sim` those of the simulator, else the links of the command line, else those of the robot file;
+/// `bad_argument` where none says one.
 std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices);
 /// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
 std::expected<bus::Settings, Error> bus_settings();

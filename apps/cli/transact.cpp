@@ -3,8 +3,11 @@
 #include "apps/cli/confirm.hpp"
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/fields.hpp"
+#include "apps/cli/flash_ledger.hpp"
 #include "apps/cli/present.hpp"
+#include "sinew/family/settings.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace sinew::cli {
@@ -52,6 +55,7 @@ struct Transaction {
     wire::Values values;
     std::optional<wire::Frame> reply;
     wire::Values said;
+    bool spared = false; ///< the device has these values already
 };
 
 std::expected<Transaction, Error> prepare(const Device& device, const wire::MessageInfo& message,
@@ -66,9 +70,31 @@ std::expected<Transaction, Error> prepare(const Device& device, const wire::Mess
     return Transaction{.asked = *asked, .values = *values};
 }
 
+/// Whether the device says that it stores these values already.
+std::expected<bool, Error> is_so(bus::Bus& bus, const Device& device, const wire::MessageInfo& message,
+                                 const wire::Values& values)
+{
+    for (const auto& setting : settings_of(*device.family, device.line())) {
+        // What is read is what counts now; where it can be tried until power-off that may be another value.
+        if (setting.trial != nullptr || setting.write != &message || !setting.is_written_by(message, values) ||
+            !device.family->ids.contains(device.id))
+            continue;
+        const auto asked = request(device, *setting.read, read_values(setting, device.options()));
+        if (!asked)
+            return std::unexpected(asked.error());
+        if (!asked->answered || setting.info->decides_answers)
+            return false;
+        const auto said = ask(bus, *asked);
+        if (!said)
+            return std::unexpected(said.error());
+        return std::ranges::all_of(values, [&](const auto& one) { return said->find(one.field->name) == one.raw; });
+    }
+    return false;
+}
+
 /// Sends it to a device whose model it finds first, for ranges and scales depend on that.
 std::expected<Transaction, Error> carry_out(Session& session, Device& device, const wire::MessageInfo& message,
-                                            std::span<const std::string> field_words)
+                                            std::span<const std::string> field_words, bool spare_flash)
 {
     const auto bus = session.bus_of(device);
     if (!bus)
@@ -79,10 +105,21 @@ std::expected<Transaction, Error> carry_out(Session& session, Device& device, co
     if (!out)
         return out;
     note_what_the_manual_advises(out->values);
+    const bool stores = message.info.access == wire::Access::flash;
+    if (stores && spare_flash) {
+        const auto so = is_so(**bus, device, message, out->values);
+        if (!so)
+            return std::unexpected(so.error());
+        out->spared = *so;
+        if (*so)
+            return out;
+    }
     bus::Result result;
     if (auto sent = (*bus)->exchange({&out->asked, 1}, {&result, 1}); !sent)
         return std::unexpected(sent.error());
     const auto reply = result.reply();
+    if (stores && (reply || reply.error().code >= Errc::timeout))
+        count_flash_write(device);
     if (!reply)
         return std::unexpected(reply.error());
     if (!out->asked.answered)
@@ -98,7 +135,7 @@ std::expected<Transaction, Error> carry_out(Session& session, Device& device, co
 void print_transaction(const Words& words, const Device& device, const Transaction& done)
 {
     const auto& message = *done.asked.message;
-    const bool dry = words.has("--dry-run");
+    const bool dry = words.has("--dry-run") || done.spared;
     if (words.json()) {
         print(Json::object({{"device", device.name},
                             {"message", message.name()},
@@ -108,11 +145,17 @@ void print_transaction(const Words& words, const Device& device, const Transacti
         return;
     }
     const bool can = device.family->can;
-    fmt::print("{}  {}\n", bold(dry ? "would send" : "sent"), to_text(done.asked.frame, can));
+    fmt::print("{}  {}\n",
+               bold(done.spared ? "not sent"
+                    : dry       ? "would send"
+                                : "sent"),
+               to_text(done.asked.frame, can));
     print_values(device, message, done.values);
     if (done.reply) {
         fmt::print("{}  {}\n", bold("answer"), to_text(*done.reply, can));
         print_values(device, message, done.said);
+    } else if (done.spared) {
+        fmt::print(stderr, "It is so already; the flash was not written.\n");
     } else if (!dry) {
         fmt::print(stderr, "No answer is due.\n");
     }
@@ -121,7 +164,7 @@ void print_transaction(const Words& words, const Device& device, const Transacti
 } // namespace
 
 Outcome transact(const Words& words, Device device, const wire::MessageInfo& message,
-                 std::span<const std::string> field_words)
+                 std::span<const std::string> field_words, bool spare_flash)
 {
     if (!message.request.exists())
         return fail(Errc::unsupported, fmt::format("{} is an answer; devices send it, hosts do not", message.name()));
@@ -145,7 +188,7 @@ Outcome transact(const Words& words, Device device, const wire::MessageInfo& mes
             return exit_refused;
     }
     Session session;
-    const auto done = carry_out(session, device, message, field_words);
+    const auto done = carry_out(session, device, message, field_words, spare_flash);
     if (!done)
         return std::unexpected(done.error());
     print_transaction(words, device, *done);

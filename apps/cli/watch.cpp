@@ -1,5 +1,6 @@
+#include "apps/cli/watch_picture.hpp"
+
 #include "apps/cli/exit_codes.hpp"
-#include "apps/cli/joint.hpp"
 #include "apps/cli/terminal.hpp"
 
 #include <algorithm>
@@ -11,13 +12,6 @@ namespace sinew::cli {
 namespace {
 
 constexpr Duration default_period = std::chrono::milliseconds(200);
-
-/// One device of the table, with what went wrong with it last.
-struct Watched {
-    Driven driven;
-    std::string trouble;
-    bool lost = false; ///< it is the link that is in trouble
-};
 
 /// Says on stderr, once each, when a link was lost and when it is back.
 class LinkNews
@@ -84,54 +78,10 @@ void look(Watched& watched)
         watched.trouble = to_sentence(read.error());
         watched.lost = read.error().code == Errc::link_lost;
     }
-}
-
-std::string_view no_state(const Watched& watched)
-{
-    return watched.lost ? "link lost" : "no answer";
-}
-
-std::string table(const std::vector<Watched>& all, std::size_t cells_shown)
-{
-    const auto some = [&](const std::vector<std::string>& cells) {
-        return std::span(cells).first(std::min(cells_shown, cells.size()));
-    };
-    std::vector<std::string> head{"JOINT"};
-    std::ranges::copy(some(state_head), std::back_inserter(head));
-    Table out(head);
-    for (const auto& one : all) {
-        std::vector<std::string> row{one.driven.device.name};
-        std::ranges::copy(some(state_cells(one.driven)), std::back_inserter(row));
-        if (!one.trouble.empty())
-            row[1] = no_state(one);
-        out.add(std::move(row));
-    }
-    return out.text();
-}
-
-std::size_t longest_line(std::string_view text)
-{
-    std::size_t longest = 0;
-    while (!text.empty()) {
-        const auto end = std::min(text.find('\n'), text.size());
-        longest = std::max(longest, width(text.substr(0, end)));
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return longest;
-}
-
-/// With as many columns as fit, for a line that the terminal breaks would spoil the picture.
-std::string table_that_fits(const std::vector<Watched>& all)
-{
-    for (std::size_t cells = state_head.size(); cells > 1; --cells) {
-        const auto text = table(all, cells);
-        // A row that was wrapped or stacked is one that does not fit.
-        const auto lines = std::ranges::count(text, '\n');
-        const bool fits = lines == static_cast<std::ptrdiff_t>(all.size()) + 1 && longest_line(text) <= columns();
-        if (fits)
-            return text;
-    }
-    return table(all, 1);
+    if (const auto position = watched.driven.state.position_rad.optional())
+        watched.trend.push_back(to_joint_position(watched.driven.device.joint, *position));
+    if (watched.trend.size() > longest_trend)
+        watched.trend.erase(watched.trend.begin());
 }
 
 void print_plain(const std::vector<Watched>& all, Duration time)
@@ -156,19 +106,6 @@ void print_json(const std::vector<Watched>& all, Duration time)
     }
 }
 
-/// Over the table before, on a terminal.
-void print_table(const std::vector<Watched>& all, bool first)
-{
-    const auto text = table_that_fits(all);
-    if (!first)
-        fmt::print("\033[{}A", std::ranges::count(text, '\n'));
-    std::string cleared;
-    for (const char c : text)
-        cleared += c == '\n' ? std::string("\033[K\n") : std::string(1, c);
-    fmt::print("{}", cleared);
-    std::fflush(stdout);
-}
-
 Outcome run(const Words& words)
 {
     const auto period = words.period("--rate");
@@ -185,19 +122,21 @@ Outcome run(const Words& words)
     const TimePoint end = *time ? begin + **time : TimePoint::max();
     TimePoint next = begin;
     LinkNews news;
-    for (bool first = true; !interrupted(); first = false) {
+    std::ptrdiff_t above = 0;
+    while (!interrupted()) {
         for (auto& one : *all)
             if (!interrupted())
                 look(one);
         if (interrupted())
             break;
         // What was said stands above the table, which begins anew.
-        first = news.tell(session) || first;
+        if (news.tell(session))
+            above = 0;
         const Duration since = session.clock().now() - begin;
         if (words.json())
             print_json(*all, since);
         else if (stdout_is_terminal())
-            print_table(*all, first);
+            print_picture(session, *all, above);
         else
             print_plain(*all, since);
         // A slow wire skips looks instead of falling behind.
@@ -225,11 +164,12 @@ Verb watch_verb()
                                         {"--for", "TIME", "end after this time, such as 5s"},
                                         {"--json", "", "print one object per device, look and line"}}),
         .examples = {{"sinew watch --robot arm.toml", "all joints"},
+                     {"sinew watch --robot arm.toml --sim --for 2s", "simulated"},
                      {"sinew watch serial:/dev/ttyUSB0 --family sam --id 1 --json --for 5s", "for a program"}},
         .run = run,
-        .more = "On a terminal the table stays in place; elsewhere every look is a line. A link that is unplugged is "
-                "waited "
-                "for."};
+        .more = "On a terminal the table stays in place, with the trend of each position and, below, what each bus has "
+                "asked and lost; what does not fit is left out. Elsewhere every look is a line. A link that is "
+                "unplugged is waited for."};
 }
 
 } // namespace sinew::cli

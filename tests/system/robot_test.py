@@ -127,9 +127,16 @@ class Robot(unittest.TestCase):
         for columns in (80, 50):
             watch = Terminal("watch", *self.sim.robot, "--for", "700ms", columns=columns)
             self.assertEqual(watch.end(), 0)
-            self.assertIn("\033[17A", watch.seen)
-            text = watch.seen.replace("\033[K", "").replace("\033[1m", "").replace("\033[0m", "").replace("\033[17A", "")
+            self.assertIn("\033[20A", watch.seen)  # sixteen joints, their head, three buses
+            text = re.sub(r"\033\[\d*[A-Za-z]", "", watch.seen)
             self.assertLessEqual(max(len(line) for line in text.split("\r\n")), columns)
+            self.assertRegex(text, r"\d+ asked, \d+ lost")
+
+    def test_watch_on_a_wide_terminal_shows_the_trend_without_colour_too(self):
+        watch = Terminal("watch", *self.sim.robot, "--for", "700ms", columns=140)
+        self.assertEqual(watch.end(), 0)
+        self.assertIn("TREND", watch.seen)
+        self.assertRegex(watch.seen, "[▁▂▃▄▅▆▇█]{2}")
 
     def test_send_shows_request_and_answer(self):
         done = sinew("send", *self.device("left", 1), "ping")

@@ -5,17 +5,21 @@ import pty
 import select
 import signal
 import subprocess
+import tempfile
 import time
 
 SINEW = os.environ["SINEW"]
 SOURCE = os.environ["SINEW_SOURCE"]
 DEMO = os.path.join(SOURCE, "robots", "demo.toml")
 PATIENCE = 120  # seconds; for a machine that has other work
+# What the command keeps for its user is not that of whoever runs the tests.
+STATE = tempfile.TemporaryDirectory(prefix="sinew-state-")
 
 
 def environment(**more):
     env = {k: v for k, v in os.environ.items() if k not in ("SINEW_ROBOT", "COLUMNS", "NO_COLOR")}
     env["SINEW_PATIENCE"] = "1s"  # the machine that runs this may have other work
+    env["XDG_STATE_HOME"] = STATE.name
     env.update(more)
     return env
 
@@ -58,14 +62,14 @@ class Simulator:
 class Terminal:
     """A command whose stdin and stderr, and stdout unless it is kept apart, are a terminal."""
 
-    def __init__(self, *words, stdout=None, columns=80):
+    def __init__(self, *words, stdout=None, columns=80, cwd=SOURCE):
         self.master, slave = pty.openpty()
         import fcntl
         import struct
         import termios
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         self.process = subprocess.Popen([SINEW, *words], stdin=slave, stderr=slave, stdout=stdout or slave,
-                                        env=environment(), cwd=SOURCE)
+                                        env=environment(), cwd=cwd)
         os.close(slave)
         self.seen = ""
 
@@ -94,6 +98,14 @@ class Terminal:
             return False
         self.seen += data.decode(errors="replace")
         return bool(data)
+
+    def wait(self, seconds):
+        """Reads for a while: for keys, which have a time of their own."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            ready, _, _ = select.select([self.master], [], [], left)
+            if ready and not self._read():
+                return
 
     def type(self, text):
         os.write(self.master, text.encode())

@@ -1,0 +1,195 @@
+#include "apps/cli/confirm.hpp"
+#include "apps/cli/dead_man.hpp"
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/moving.hpp"
+#include "apps/cli/raw_terminal.hpp"
+#include "apps/cli/terminal.hpp"
+#include "sinew/base/units.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration tick = std::chrono::milliseconds(20);
+constexpr int ticks_per_look = 4;
+constexpr double default_speed_rad_s = units::rad(15.0);
+constexpr double speed_factor = 1.5;
+constexpr double least_speed_rad_s = units::rad(0.5);
+
+/// A joint that follows the keys by small steps of its target.
+class Jog
+{
+public:
+    Jog(Session& session, Driven& driven, double speed_rad_s) : session_(session), driven_(driven), speed_(speed_rad_s)
+    {
+    }
+
+    Outcome run()
+    {
+        fmt::print(stderr, "Hold an arrow key (or h and l) to turn; space stops, + and - change the speed, q ends.\n");
+        RawTerminal terminal;
+        TimePoint next = session_.clock().now();
+        for (int n = 0;; ++n, next = std::max(next + tick, session_.clock().now())) {
+            wait_until(session_, next);
+            const auto keys = terminal.keys();
+            const auto wish = keys ? man_.press(*keys, session_.clock().now()) : DeadMan::Wish::quit;
+            if (interrupted() || wish == DeadMan::Wish::quit)
+                return end();
+            change_speed(wish);
+            auto done = turn(man_.direction(session_.clock().now()), n % ticks_per_look == 0);
+            if (interrupted())
+                return end();
+            if (!done) {
+                (void)hold(driven_);
+                fmt::print("\n");
+                return std::unexpected(done.error());
+            }
+        }
+    }
+
+private:
+    Outcome end()
+    {
+        const bool by_interrupt = interrupted();
+        fmt::print("\n");
+        const auto stopped = stop_here(session_, driven_);
+        return stopped && !by_interrupt ? Outcome(exit_done) : stopped;
+    }
+
+    void change_speed(DeadMan::Wish wish)
+    {
+        const auto* joint = driven_.device.joint;
+        const double most = joint != nullptr ? joint->velocity_max_rad_s.value_or(INFINITY) : INFINITY;
+        if (wish == DeadMan::Wish::faster)
+            speed_ = std::min(speed_ * speed_factor, most);
+        if (wish == DeadMan::Wish::slower)
+            speed_ = std::max(speed_ / speed_factor, least_speed_rad_s);
+    }
+
+    std::expected<void, Error> turn(int direction, bool looks)
+    {
+        if (looks)
+            if (auto read = read_state(driven_, actuator::Depth::motion); !read)
+                return read;
+        const double here = position_of(driven_);
+        std::expected<void, Error> done;
+        if (direction != 0) {
+            if (direction_ == 0)
+                target_ = here;
+            target_ = within_limits(target_ + direction * speed_ * seconds(tick));
+            // What does not follow is not led on: it would leap when it comes free.
+            const double ahead = units::rad(5.0) + 0.3 * speed_;
+            target_ = std::clamp(target_, here - ahead, here + ahead);
+            done = go();
+        } else if (direction_ != 0) {
+            done = hold(driven_);
+        }
+        direction_ = direction;
+        if (looks)
+            show(here);
+        return done;
+    }
+
+    double within_limits(double target) const
+    {
+        const auto* joint = driven_.device.joint;
+        if (joint == nullptr)
+            return target;
+        return std::clamp(target, joint->position_min_rad.value_or(-INFINITY),
+                          joint->position_max_rad.value_or(INFINITY));
+    }
+
+    std::expected<void, Error> go()
+    {
+        const auto* joint = driven_.device.joint;
+        actuator::Command command{.mode = actuator::Mode::position,
+                                  .position_rad = to_actuator_position(joint, target_)};
+        // A little faster than the steps, so that it is there when the next one comes.
+        if (driven_.driver->capabilities().velocity_limit)
+            command.velocity_rad_s = speed_factor * speed_ * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
+        const auto requests = driven_.driver->plan(command, driven_.state);
+        return requests ? carry_out(driven_, *requests) : std::unexpected(requests.error());
+    }
+
+    void show(double here)
+    {
+        const char* mark = direction_ > 0 ? ">>" : direction_ < 0 ? "<<" : "--";
+        const auto line = fmt::format("{}  {:9.2f} deg  {}  {:.3g} deg/s", driven_.device.name, units::deg(here), mark,
+                                      units::deg(speed_));
+        fmt::print("\r{}\033[K", line.substr(0, columns() - 1));
+        std::fflush(stdout);
+    }
+
+    Session& session_;
+    Driven& driven_;
+    double speed_;
+    DeadMan man_;
+    double target_ = 0.0;
+    int direction_ = 0;
+};
+
+/// Keys are pressed in real time, so the simulator must run in it.
+void in_real_time(Device& device)
+{
+    auto uri = link::parse_uri(device.link);
+    if (!uri || uri->scheme != "sim" || uri->option("clock"))
+        return;
+    uri->options.emplace_back("clock", "real");
+    device.link = link::to_string(*uri);
+}
+
+Outcome run(const Words& words)
+{
+    double speed_rad_s = default_speed_rad_s;
+    if (const auto word = words.text("--speed")) {
+        const auto speed = speed_from(*word);
+        if (!speed)
+            return std::unexpected(speed.error());
+        speed_rad_s = *speed;
+    }
+    auto device = target(words);
+    if (!device)
+        return std::unexpected(device.error());
+    if (device->joint != nullptr && device->joint->velocity_max_rad_s &&
+        speed_rad_s > *device->joint->velocity_max_rad_s)
+        return fail(Errc::out_of_range,
+                    fmt::format("{} may not turn faster than {:g} deg/s (velocity_max_deg_s of {})", device->name,
+                                units::deg(*device->joint->velocity_max_rad_s), device->file->path));
+    if (!stdin_is_terminal() || !stdout_is_terminal())
+        return fail(Errc::bad_argument, "jog needs a terminal: it moves while keys are held; sinew move goes to a "
+                                        "position without one");
+    const auto yes = confirm(words, fmt::format("{} will turn while you hold a key", device->name));
+    if (!yes)
+        return std::unexpected(yes.error());
+    if (!*yes)
+        return exit_refused;
+    in_real_time(*device);
+    Session session;
+    auto driven = drive_and_read(session, std::move(*device));
+    if (!driven)
+        return std::unexpected(driven.error());
+    return Jog(session, *driven, speed_rad_s).run();
+}
+
+} // namespace
+
+Verb jog_verb()
+{
+    return {.name = "jog",
+            .says = "Turn a device by keys, only as long as a key is held.",
+            .arguments = {target_argument},
+            .options = with_device_options(
+                {{"--speed", "S", "how fast at first, such as 30deg/s; 15deg/s where it is not given"}, yes_option}),
+            .examples = {{"sinew jog elbow --robot arm.toml", "asks first"},
+                         {"sinew jog elbow --robot arm.toml --sim --yes", "a simulated one"},
+                         {"sinew jog slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s", "slowly"}},
+            .run = run,
+            .more = "Arrow keys or h and l turn, space or any other key stops, + and - change the speed, q ends. One "
+                    "press is a nudge of a tenth of a second; it goes on while the key repeats and stops within 0.2 s "
+                    "after the last. The limits of the robot file hold. At the end it holds its position."};
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,76 @@
+#include "apps/cli/measured_step.hpp"
+
+#include "apps/cli/joint.hpp"
+
+#include <cmath>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration least_period = std::chrono::milliseconds(1);
+
+/// As `sinew move` does: the limit of the robot file is the speed of the move.
+std::expected<wire::Requests, Error> plan(Driven& driven, double to_rad)
+{
+    const auto* joint = driven.device.joint;
+    actuator::Command command{.mode = actuator::Mode::position, .position_rad = to_actuator_position(joint, to_rad)};
+    if (joint != nullptr && joint->velocity_max_rad_s && driven.driver->capabilities().velocity_limit)
+        command.velocity_rad_s = *joint->velocity_max_rad_s * std::abs(joint->ratio);
+    return driven.driver->plan(command, driven.state);
+}
+
+std::expected<std::optional<StepSample>, Error> look(Driven& driven, TimePoint begin)
+{
+    if (auto read = read_state(driven, actuator::Depth::motion); !read)
+        return std::unexpected(read.error());
+    const auto& state = driven.state;
+    if (!state.position_rad)
+        return std::nullopt;
+    const auto* joint = driven.device.joint;
+    return StepSample{.time_s = seconds(state.at - begin),
+                      .position_rad = to_joint_position(joint, *state.position_rad),
+                      .velocity_rad_s = state.velocity_rad_s ? to_joint_velocity(joint, *state.velocity_rad_s) : NAN,
+                      .current_a = state.current_a.optional().value_or(0.0)};
+}
+
+void fill_velocities(std::vector<StepSample>& samples)
+{
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (!std::isnan(samples[i].velocity_rad_s))
+            continue;
+        const auto& before = samples[i == 0 ? 0 : i - 1];
+        const double time_s = samples[i].time_s - before.time_s;
+        samples[i].velocity_rad_s = time_s > 0.0 ? (samples[i].position_rad - before.position_rad) / time_s : 0.0;
+    }
+}
+
+} // namespace
+
+std::expected<std::vector<StepSample>, Error> measured_step(Session& session, Driven& driven, double to_rad,
+                                                            Duration length)
+{
+    std::vector<StepSample> samples;
+    samples.push_back(
+        {.position_rad = to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0))});
+    const auto requests = plan(driven, to_rad);
+    if (!requests)
+        return std::unexpected(requests.error());
+    const TimePoint begin = session.clock().now();
+    if (auto sent = carry_out(driven, *requests); !sent)
+        return std::unexpected(sent.error());
+    TimePoint next = begin;
+    while (!interrupted() && session.clock().now() - begin < length) {
+        const auto sample = look(driven, begin);
+        if (!sample)
+            return interrupted() ? samples
+                                 : std::expected<std::vector<StepSample>, Error>(std::unexpected(sample.error()));
+        if (*sample && (*sample)->time_s > samples.back().time_s)
+            samples.push_back(**sample);
+        next = std::max(next + least_period, session.clock().now());
+        wait_until(session, next);
+    }
+    fill_velocities(samples);
+    return samples;
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,67 @@
+#include "apps/cli/motion_file.hpp"
+
+#include "sinew/base/bytes.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+namespace sinew::cli {
+
+std::expected<std::vector<wire::Pair>, Error> read_motion(const std::string& path)
+{
+    if (path == "-")
+        return sam::assemble(std::string{std::istreambuf_iterator<char>{std::cin}, {}}, "stdin");
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(path, unknown))
+        return fail(Errc::bad_file, fmt::format("{}: there is no such file", path));
+    std::ifstream stream(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+    if (stream.bad())
+        return fail(Errc::bad_file, fmt::format("{}: it cannot be read", path));
+    return sam::assemble(text, path);
+}
+
+std::expected<std::vector<wire::Pair>, Error> motion_from_hex(std::span<const std::string> words)
+{
+    std::string text;
+    for (const auto& word : words)
+        text += word + ' ';
+    const auto bytes = from_hex(text);
+    if (!bytes)
+        return std::unexpected(bytes.error());
+    if (bytes->size() % 2 != 0 || bytes->size() > 2 * sam::most_instructions)
+        return fail(Errc::bad_argument,
+                    fmt::format("a program is 2 to 16 bytes, two for each instruction, and not {}", bytes->size()));
+    std::vector<wire::Pair> out;
+    for (std::size_t i = 0; i < bytes->size(); i += 2)
+        out.push_back({(*bytes)[i], (*bytes)[i + 1]});
+    return out;
+}
+
+std::string motion_bytes(std::span<const wire::Pair> program)
+{
+    std::vector<std::uint8_t> bytes;
+    for (const auto& [first, second] : program)
+        bytes.insert(bytes.end(), {first, second});
+    return to_hex(bytes);
+}
+
+std::expected<wire::Request, Error> motion_request(const Device& device, std::span<const wire::Pair> program)
+{
+    if (device.family->name != "sam")
+        return fail(Errc::unsupported,
+                    fmt::format("only SAM servos run programs of their own; {} is a device of the family {}",
+                                device.name, device.family->name));
+    sam::WriteMotionData message{.motion_count = static_cast<std::uint8_t>(program.size())};
+    std::ranges::copy(program, message.instructions.begin());
+    auto asked = wire::make_request(device.id, message, device.options(), device.response_time());
+    if (asked)
+        asked->answered = device.answers(*asked->message);
+    return asked;
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,197 @@
+#include "apps/cli/moving.hpp"
+
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/terminal.hpp"
+#include "sinew/base/units.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration step = std::chrono::milliseconds(100);       ///< between two looks
+constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
+constexpr int most_looks_at_a_stop = 20;
+
+std::expected<void, Error> start(Driven& driven, const Goal& goal)
+{
+    const auto* joint = driven.device.joint;
+    actuator::Command command{.mode = actuator::Mode::position,
+                              .position_rad = to_actuator_position(joint, goal.position_rad)};
+    command.duration = goal.duration;
+    if (goal.duration) {
+        const double mean_speed = std::abs(goal.position_rad - position_of(driven)) / seconds(*goal.duration);
+        if (auto fine = check_limits(driven.device, goal.position_rad, mean_speed); !fine)
+            return fine;
+    }
+    // The limit of the robot file is also the speed of a move that names none.
+    auto speed = goal.speed_rad_s;
+    if (!speed && !goal.duration && joint != nullptr && driven.driver->capabilities().velocity_limit)
+        speed = joint->velocity_max_rad_s;
+    if (speed)
+        command.velocity_rad_s = *speed * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
+    const auto requests = driven.driver->plan(command, driven.state);
+    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+/// Looks until it has arrived, stands still or the time is over.
+Outcome follow(const Words& words, Session& session, Driven& driven, const Goal& goal, double tolerance_rad,
+               TimePoint started)
+{
+    const TimePoint begin = session.clock().now();
+    // A move that takes its time may begin too gently to be seen.
+    TimePoint progressed = begin + goal.duration.value_or(Duration{});
+    double last = position_of(driven);
+    for (TimePoint look = begin + step;; look += step) {
+        wait_until(session, look);
+        auto read = interrupted() ? std::expected<void, Error>{} : read_state(driven, actuator::Depth::motion);
+        if (interrupted())
+            return stop_here(session, driven);
+        if (!read)
+            return std::unexpected(read.error());
+        const TimePoint now = session.clock().now();
+        show_state(words, driven, now - started);
+        const double here = position_of(driven);
+        if (std::abs(here - goal.position_rad) <= tolerance_rad)
+            return exit_done;
+        if (std::abs(here - last) > tolerance_rad / 10.0) {
+            progressed = std::max(progressed, now);
+            last = here;
+        }
+        if (now - progressed > standstill)
+            return fail(Errc::unsupported,
+                        fmt::format("{} stands still at {:.2f} deg, short of {:.2f} deg; is something in its way, or "
+                                    "is it switched off?",
+                                    driven.device.name, units::deg(here), units::deg(goal.position_rad)));
+        if (now - begin > goal.limit)
+            return fail(Errc::timeout,
+                        fmt::format("{} is at {:.2f} deg after {:g} s and still moves; --within gives it more time",
+                                    driven.device.name, units::deg(here), seconds(goal.limit)));
+    }
+}
+
+/// Leads it there in small steps, for a device without a speed of its own. Nothing: it is at the last step.
+std::expected<std::optional<int>, Error> lead(const Words& words, Session& session, Driven& driven, const Goal& goal)
+{
+    constexpr Duration tick = std::chrono::milliseconds(20);
+    const TimePoint begin = session.clock().now();
+    const double from = position_of(driven);
+    const double length = goal.position_rad - from;
+    TimePoint shown = begin;
+    for (TimePoint next = begin + tick;; next += tick) {
+        wait_until(session, next);
+        const double travelled = *goal.speed_rad_s * seconds(next - begin);
+        const bool is_last = travelled >= std::abs(length);
+        const double at = is_last ? goal.position_rad : from + std::copysign(travelled, length);
+        const auto requests = driven.driver->plan(
+            {.mode = actuator::Mode::position, .position_rad = to_actuator_position(driven.device.joint, at)},
+            driven.state);
+        auto sent = !requests       ? std::unexpected(requests.error())
+                    : interrupted() ? std::expected<void, Error>{}
+                                    : carry_out(driven, *requests);
+        if (sent && !interrupted() && next - shown >= step) {
+            sent = read_state(driven, actuator::Depth::motion);
+            if (sent && !interrupted())
+                show_state(words, driven, next - begin);
+            shown = next;
+        }
+        if (interrupted()) {
+            const auto stopped = stop_here(session, driven);
+            return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
+        }
+        if (!sent)
+            return std::unexpected(sent.error());
+        // What does not follow must not be led on: it would leap when it comes free.
+        if (std::abs(position_of(driven) - at) > units::rad(10.0) + *goal.speed_rad_s) {
+            (void)hold(driven);
+            return fail(Errc::unsupported,
+                        fmt::format("{} stays behind at {:.2f} deg and holds; is something in its way?",
+                                    driven.device.name, units::deg(position_of(driven))));
+        }
+        if (is_last)
+            return std::nullopt;
+    }
+}
+
+} // namespace
+
+void show_state(const Words& words, const Driven& driven, Duration since_start)
+{
+    if (words.json()) {
+        print_line(state_json(driven, since_start));
+        return;
+    }
+    const auto cells = state_cells(driven);
+    std::string line = fmt::format("{:6.2f} s", seconds(since_start));
+    for (const auto& cell : cells)
+        if (!cell.empty() && cell != "none")
+            line += fmt::format("  {:>12}", cell);
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+}
+
+double position_of(const Driven& driven)
+{
+    return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
+}
+
+Outcome stop_here(Session& session, Driven& driven)
+{
+    clear_interrupt();
+    if (const auto held = hold(driven); !held)
+        return std::unexpected(held.error());
+    // It slows down first; what is said is where it stands.
+    std::optional<double> before;
+    for (int look = 0; look < most_looks_at_a_stop; ++look) {
+        if (!read_state(driven, actuator::Depth::motion) || !driven.state.position_rad)
+            break;
+        if (before == driven.state.position_rad) {
+            fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+            return exit_interrupted;
+        }
+        before = driven.state.position_rad;
+        wait_until(session, session.clock().now() + step);
+    }
+    fmt::print(stderr, "It was told to hold, but it does not stand still yet.\n");
+    return exit_interrupted;
+}
+
+std::expected<Driven, Error> drive_and_read(Session& session, Device device)
+{
+    auto driven = drive(session, std::move(device));
+    if (!driven)
+        return driven;
+    if (auto set = set_up(*driven); !set)
+        return std::unexpected(set.error());
+    if (auto read = read_state(*driven, actuator::Depth::full); !read)
+        return std::unexpected(read.error());
+    return driven;
+}
+
+Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal& goal)
+{
+    // Where a device stops within is not documented; half a degree is what the coarsest of them can tell.
+    const double finest = 2.0 * driven.driver->capabilities().position_step_rad;
+    const double tolerance_rad = std::max(units::rad(0.5), finest);
+    const TimePoint started = session.clock().now();
+    if (goal.in_steps && goal.speed_rad_s && !driven.driver->capabilities().velocity_limit) {
+        const auto ended = lead(words, session, driven, goal);
+        if (!ended)
+            return std::unexpected(ended.error());
+        return *ended ? Outcome(**ended) : follow(words, session, driven, goal, tolerance_rad, started);
+    }
+    if (auto sent = start(driven, goal); !sent) {
+        // The command may be out although nobody acknowledged it.
+        const auto code = sent.error().code;
+        if (code == Errc::stopped)
+            return stop_here(session, driven);
+        if (code == Errc::timeout || code == Errc::bad_reply)
+            (void)hold(driven);
+        return std::unexpected(sent.error());
+    }
+    return follow(words, session, driven, goal, tolerance_rad, started);
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,31 @@
+#pragma once
+#include "apps/cli/joint.hpp"
+
+/// A move to a position that is watched until it has arrived: the common part of `move` and `home`.
+namespace sinew::cli {
+
+struct Goal {
+    double position_rad = 0.0; ///< of the joint
+    std::optional<double> speed_rad_s;
+    std::optional<Duration> duration;
+    Duration limit = std::chrono::seconds(60); ///< gives up after this time
+    /// Where the device knows no speed for a move: it is led there in small steps.
+    bool in_steps = false;
+};
+
+/// Sends it there and shows it until it has arrived, stands still or the time is over. Ctrl-C makes it hold.
+Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal& goal);
+
+/// What a joint is doing, as a line: `time` since the start.
+void show_state(const Words& words, const Driven& driven, Duration since_start);
+
+/// The position of the joint that was read last.
+double position_of(const Driven& driven);
+
+/// Holds after Ctrl-C, with torque, and says where it stands.
+Outcome stop_here(Session& session, Driven& driven);
+
+/// Opens, sets up and reads a device that is to move.
+std::expected<Driven, Error> drive_and_read(Session& session, Device device);
+
+} // namespace sinew::cli

@@ -1,0 +1,204 @@
+#include "apps/cli/confirm.hpp"
+#include "apps/cli/exit_codes.hpp"
+#include "apps/cli/gains.hpp"
+#include "apps/cli/measured_step.hpp"
+#include "apps/cli/moving.hpp"
+#include "apps/cli/plot.hpp"
+#include "apps/cli/terminal.hpp"
+#include "sinew/base/units.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration default_length = std::chrono::seconds(2);
+constexpr double no_step_rad = units::rad(0.5);
+
+struct Trial {
+    double to_rad = 0.0;
+    Duration length = default_length;
+    std::vector<std::string> gains; ///< "p=30"
+};
+
+std::expected<Trial, Error> trial_from(const Words& words)
+{
+    Trial trial;
+    const auto to = words.text("--to");
+    if (!to)
+        return fail(Errc::bad_argument, "--to ANGLE is missing: where the step goes, such as --to 20deg");
+    const auto angle = angle_from(*to);
+    if (!angle)
+        return std::unexpected(angle.error());
+    trial.to_rad = *angle;
+    const auto length = words.duration("--for");
+    if (!length)
+        return std::unexpected(length.error());
+    trial.length = length->value_or(default_length);
+    for (const auto& word : words.all("--gain"))
+        trial.gains.push_back(word);
+    if (words.has("--keep") && trial.gains.empty())
+        return fail(Errc::bad_argument, "--keep stores the gains that --gain tries; give them as well");
+    return trial;
+}
+
+Plot plot_of(const Device& device, const Trial& trial, const std::vector<StepSample>& samples)
+{
+    Plot plot{.title = fmt::format("{} to {:g}°", device.name, units::deg(trial.to_rad)),
+              .x_label = "time in s",
+              .panels = {{.label = "position in °", .level = units::deg(trial.to_rad), .level_name = "target"},
+                         {.label = "velocity in °/s"}}};
+    for (const auto& gain : trial.gains)
+        plot.title += ", " + gain;
+    for (const auto& sample : samples) {
+        plot.x.push_back(sample.time_s);
+        plot.panels[0].y.push_back(units::deg(sample.position_rad));
+        plot.panels[1].y.push_back(units::deg(sample.velocity_rad_s));
+    }
+    return plot;
+}
+
+void show(const Words& words, const Device& device, const Trial& trial, const std::vector<StepSample>& samples)
+{
+    const auto figures = figures_of(samples, trial.to_rad);
+    if (words.json()) {
+        Json gains = Json::array();
+        for (const auto& gain : trial.gains)
+            gains.add(gain);
+        print(Json::object({{"device", device.name},
+                            {"from_rad", samples.front().position_rad},
+                            {"to_rad", trial.to_rad},
+                            {"gains", std::move(gains)},
+                            {"kept", words.has("--keep")},
+                            {"samples", static_cast<std::int64_t>(samples.size())},
+                            {"rise_time_s", figures.rise_time_s},
+                            {"overshoot_percent", 100.0 * figures.overshoot},
+                            {"settling_time_s", figures.settling_time_s},
+                            {"steady_error_rad", figures.steady_error_rad}}));
+        return;
+    }
+    const auto plot = plot_of(device, trial, samples);
+    fmt::print("{}\n", text_plot(plot.x, plot.panels[0], columns(), 12));
+    const auto time = [](const std::optional<double>& time_s) {
+        return time_s ? fmt::format("{:.3f} s", *time_s) : std::string("never");
+    };
+    fmt::print("rise time      {:<10}  from 10 % to 90 % of the step\n", time(figures.rise_time_s));
+    fmt::print("overshoot      {:<10}  of the step\n", fmt::format("{:.1f} %", 100.0 * figures.overshoot));
+    fmt::print("settling time  {:<10}  within 2 % of the step\n", time(figures.settling_time_s));
+    fmt::print("steady error   {:<10}  target minus position at the end\n",
+               fmt::format("{:.2f} deg", units::deg(figures.steady_error_rad)));
+    fmt::print("looks          {:<10}  {:.0f} a second\n", samples.size(),
+               static_cast<double>(samples.size()) / seconds(trial.length));
+}
+
+std::expected<void, Error> draw(const Words& words, const Device& device, const Trial& trial,
+                                const std::vector<StepSample>& samples)
+{
+    const auto path = words.text("--plot");
+    if (!path)
+        return {};
+    auto file = NewFile::make(*path);
+    if (!file)
+        return std::unexpected(file.error());
+    if (auto drawn = write_plot(*file, plot_of(device, trial, samples)); !drawn)
+        return drawn;
+    return file->keep();
+}
+
+/// The step with the gains that are set now.
+Outcome step(const Words& words, Session& session, Driven& driven, const Trial& trial)
+{
+    auto samples = measured_step(session, driven, trial.to_rad, trial.length);
+    if (interrupted())
+        return stop_here(session, driven);
+    if (!samples) {
+        (void)hold(driven);
+        return std::unexpected(samples.error());
+    }
+    show(words, driven.device, trial, *samples);
+    if (auto drawn = draw(words, driven.device, trial, *samples); !drawn)
+        return std::unexpected(drawn.error());
+    return exit_done;
+}
+
+Outcome with_gains(const Words& words, Session& session, Driven& driven, const Trial& trial)
+{
+    auto gains = Gains::from(*driven.bus, driven.device, trial.gains);
+    if (!gains)
+        return std::unexpected(gains.error());
+    if (auto set = gains->set_trial(*driven.bus, driven.device); !set) {
+        clear_interrupt(); // else nothing would be set back
+        (void)gains->set_back(*driven.bus, driven.device);
+        return std::unexpected(set.error());
+    }
+    const auto outcome = step(words, session, driven, trial);
+    if (outcome && *outcome == exit_done && words.has("--keep")) {
+        const auto stored = gains->store(*driven.bus, driven.device);
+        if (!stored)
+            return std::unexpected(stored.error());
+        fmt::print(stderr, "The gains are kept in flash.\n");
+        return outcome;
+    }
+    if (auto back = gains->set_back(*driven.bus, driven.device); !back)
+        return fail(back.error().code, fmt::format("{} still has the gains that were tried, until power-off: {}",
+                                                   driven.device.name, to_sentence(back.error())));
+    return outcome;
+}
+
+Outcome run(const Words& words)
+{
+    const auto trial = trial_from(words);
+    if (!trial)
+        return std::unexpected(trial.error());
+    auto device = target(words);
+    if (!device)
+        return std::unexpected(device.error());
+    if (auto fine = check_limits(*device, trial->to_rad, std::nullopt); !fine)
+        return std::unexpected(fine.error());
+    if (!trial->gains.empty())
+        if (auto fine = Gains::check(*device, trial->gains); !fine)
+            return std::unexpected(fine.error());
+    const auto yes = confirm(words, fmt::format("{} will leap to {:g} deg{}", device->name, units::deg(trial->to_rad),
+                                                words.has("--keep") ? ", and its gains are written to flash" : ""));
+    if (!yes)
+        return std::unexpected(yes.error());
+    if (!*yes)
+        return exit_refused;
+    Session session;
+    auto driven = drive_and_read(session, std::move(*device));
+    if (!driven)
+        return std::unexpected(driven.error());
+    if (std::abs(position_of(*driven) - trial->to_rad) < no_step_rad)
+        return fail(Errc::bad_argument, fmt::format("{} stands at {:.2f} deg already; give another --to",
+                                                    driven->device.name, units::deg(position_of(*driven))));
+    return trial->gains.empty() ? step(words, session, *driven, *trial) : with_gains(words, session, *driven, *trial);
+}
+
+} // namespace
+
+Verb tune_verb()
+{
+    return {.name = "tune",
+            .says = "Send a device somewhere at once, show how well it gets there, and try gains.",
+            .arguments = {target_argument},
+            .options = with_device_options(
+                {{"--to", "ANGLE", "where the step goes, such as 20deg"},
+                 {"--gain", "NAME=N", "a gain to try: p, i or d as a raw number; may be given more than once", true},
+                 {"--keep", "", "store the gains of --gain in flash afterwards, where they differ"},
+                 {"--for", "TIME", "how long it is looked at; 2s where it is not given"},
+                 {"--plot", "FILE", "draw position and velocity into this SVG file (by gnuplot)"},
+                 yes_option,
+                 json_option}),
+            .examples = {{"sinew tune elbow --to 20deg --robot arm.toml", "as it is; asks first"},
+                         {"sinew tune elbow --to 20deg --gain p=120 --gain d=60 --robot arm.toml --sim --yes",
+                          "try gains, simulated"},
+                         {"sinew tune left_knee --to 20deg --gain p=80 --keep --robot arm.toml", "and keep them"}},
+            .run = run,
+            .more = "Gains are set until power-off, and what was there before is set back afterwards; --keep stores "
+                    "them instead. A Nuri has no gains to try: sinew set TARGET position-controller stores them. The "
+                    "joint stays where the step went. Looks are as many as the bus allows: steps that are faster than "
+                    "that are not seen well."};
+}
+
+} // namespace sinew::cli

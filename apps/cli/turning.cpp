@@ -1,0 +1,181 @@
+#include "apps/cli/turning.hpp"
+
+#include "apps/cli/exit_codes.hpp"
+#include "sinew/base/units.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration tick = std::chrono::milliseconds(20);
+constexpr int ticks_per_line = 5;
+
+struct Kind {
+    std::string_view option;
+    actuator::Mode mode;
+    std::string_view unit;
+    double shown = 1.0; ///< of the unit that is shown in one of SI
+};
+
+constexpr Kind kinds[] = {{"--velocity", actuator::Mode::velocity, "deg/s", 1.0 / units::rad_per_deg},
+                          {"--current", actuator::Mode::current, "A"},
+                          {"--torque", actuator::Mode::torque, "Nm"}};
+
+const Kind& kind_of(actuator::Mode mode)
+{
+    return mode == actuator::Mode::velocity ? kinds[0] : mode == actuator::Mode::current ? kinds[1] : kinds[2];
+}
+
+std::expected<double, Error> value_from(const Kind& kind, std::string_view word)
+{
+    if (kind.mode == actuator::Mode::velocity) {
+        const bool back = word.starts_with('-');
+        const auto speed = speed_from(word.substr(back ? 1 : 0));
+        return speed && back ? -*speed : speed;
+    }
+    double value = 0.0;
+    const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
+    const auto unit = word.substr(static_cast<std::size_t>(end - word.data()));
+    if (problem != std::errc{} || !std::isfinite(value) || unit != kind.unit)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} takes a number with its unit, such as {}{}, not '{}'", kind.option,
+                                kind.mode == actuator::Mode::current ? "0.5" : "0.2", kind.unit, word));
+    return value;
+}
+
+actuator::Command command_for(const config::Joint* joint, const Turning& turning)
+{
+    const double direction = joint != nullptr ? joint->direction : 1.0;
+    const double ratio = joint != nullptr ? joint->ratio : 1.0;
+    actuator::Command out{.mode = turning.mode};
+    if (turning.mode == actuator::Mode::velocity)
+        out.velocity_rad_s = turning.value * direction * ratio;
+    else if (turning.mode == actuator::Mode::current)
+        out.current_a = turning.value * direction;
+    else
+        out.torque_nm = turning.value * direction / ratio;
+    return out;
+}
+
+/// Beyond a limit of the robot file and still going on.
+bool leaves_limits(const config::Joint* joint, double here, double before)
+{
+    if (joint == nullptr)
+        return false;
+    return (joint->position_max_rad.has_value() && here > *joint->position_max_rad && here > before) ||
+           (joint->position_min_rad.has_value() && here < *joint->position_min_rad && here < before);
+}
+
+/// No torque where holding is not possible: nothing may go on turning.
+std::expected<void, Error> end_with_torque(Driven& driven)
+{
+    auto held = hold(driven);
+    if (held)
+        return held;
+    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
+    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+std::expected<void, Error> release(Driven& driven)
+{
+    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
+    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+} // namespace
+
+std::expected<std::optional<Turning>, Error> turning_from(const Words& words)
+{
+    std::optional<Turning> out;
+    for (const auto& kind : kinds) {
+        const auto word = words.text(kind.option);
+        if (!word)
+            continue;
+        if (out)
+            return fail(Errc::bad_argument, "a joint is driven by one thing at a time: give --velocity, --current or "
+                                            "--torque");
+        const auto value = value_from(kind, *word);
+        if (!value)
+            return std::unexpected(value.error());
+        out = Turning{.mode = kind.mode, .value = *value};
+    }
+    const auto time = words.duration("--for");
+    if (!time)
+        return std::unexpected(time.error());
+    if (!out) {
+        if (*time)
+            return fail(Errc::bad_argument,
+                        "--for goes with --velocity, --current or --torque; a move to a position has "
+                        "--in and --within");
+        return out;
+    }
+    for (const auto* option : {"POSITION", "--speed", "--in", "--within"})
+        if (words.has(option))
+            return fail(Errc::bad_argument, fmt::format("{} belongs to a move to a position, and {} has none", option,
+                                                        kind_of(out->mode).option));
+    if (!*time)
+        return fail(Errc::bad_argument, fmt::format("{} has no end of its own: add --for TIME, such as --for 2s",
+                                                    kind_of(out->mode).option));
+    out->time = **time;
+    return out;
+}
+
+std::string describe(const Device& device, const Turning& turning)
+{
+    const auto& kind = kind_of(turning.mode);
+    return fmt::format("{} will turn with {:g} {} for {:g} s", device.name, turning.value * kind.shown, kind.unit,
+                       seconds(turning.time));
+}
+
+std::expected<void, Error> check_limits(const Device& device, const Turning& turning)
+{
+    const auto* joint = device.joint;
+    if (turning.mode != actuator::Mode::velocity || joint == nullptr || !joint->velocity_max_rad_s.has_value() ||
+        std::abs(turning.value) <= *joint->velocity_max_rad_s)
+        return {};
+    return fail(Errc::out_of_range, fmt::format("speed {:g} deg/s is beyond velocity_max_deg_s of {} in {}: {:g} deg/s",
+                                                units::deg(turning.value), device.name, device.file->path,
+                                                units::deg(*joint->velocity_max_rad_s)));
+}
+
+Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning)
+{
+    const auto* joint = driven.device.joint;
+    const auto requests = driven.driver->plan(command_for(joint, turning), driven.state);
+    if (!requests)
+        return std::unexpected(requests.error());
+    const TimePoint begin = session.clock().now();
+    double before = position_of(driven);
+    auto done = carry_out(driven, *requests);
+    for (int n = 1; done && !interrupted() && session.clock().now() - begin < turning.time; ++n) {
+        wait_until(session, begin + n * tick);
+        if (interrupted())
+            break;
+        done = read_state(driven, actuator::Depth::motion);
+        if (!done)
+            break;
+        const double here = position_of(driven);
+        if (n % ticks_per_line == 0)
+            show_state(words, driven, session.clock().now() - begin);
+        if (leaves_limits(joint, here, before)) {
+            if (auto held = end_with_torque(driven); !held)
+                return std::unexpected(held.error());
+            return fail(Errc::out_of_range, fmt::format("{} left its limits at {:.2f} deg and was stopped",
+                                                        driven.device.name, units::deg(here)));
+        }
+        before = here;
+    }
+    if (interrupted())
+        return stop_here(session, driven);
+    if (!done) {
+        (void)end_with_torque(driven);
+        return std::unexpected(done.error());
+    }
+    const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(driven) : release(driven);
+    return ended ? Outcome(exit_done) : std::unexpected(ended.error());
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,196 @@
+"""Verbs for somebody who sits beside the device: tune, jog, move by velocity or current, self-running programs."""
+import json
+import math
+import os
+import re
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+from support import DEMO, SOURCE, Terminal, as_json, sinew
+
+SIM = ["--robot", DEMO, "--sim"]
+
+
+class Tune(unittest.TestCase):
+    def test_a_step_has_its_figures(self):
+        for joint, degrees in (("elbow", 20), ("waist_yaw", 20), ("left_ankle", 10)):
+            done = as_json("tune", joint, "--to", f"{degrees}deg", *SIM, "--yes")
+            self.assertAlmostEqual(done["to_rad"], math.radians(degrees))
+            self.assertGreater(done["samples"], 50, joint)
+            self.assertGreater(done["rise_time_s"], 0.01, joint)
+            self.assertLess(abs(done["steady_error_rad"]), math.radians(2), joint)
+
+    def test_gains_make_a_difference(self):
+        stiff, weak = (as_json("tune", "elbow", "--to", "20deg", "--gain", f"p={p}", "--for", "3s", *SIM, "--yes")
+                       for p in (200, 4))
+        self.assertGreater(abs(weak["steady_error_rad"]) + (weak["rise_time_s"] or 9),
+                           abs(stiff["steady_error_rad"]) + (stiff["rise_time_s"] or 9))
+        self.assertEqual((stiff["gains"], stiff["kept"]), (["p=200"], False))
+
+    def test_a_picture_for_the_terminal_and_for_a_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "step.svg")
+            text = sinew("tune", "elbow", "--to", "20deg", *SIM, "--yes", "--plot", path, columns=70).stdout
+            self.assertEqual(xml.etree.ElementTree.parse(path).getroot().tag, "{http://www.w3.org/2000/svg}svg")
+        self.assertIn("*", text)
+        self.assertIn("overshoot", text)
+        self.assertLessEqual(max(map(len, text.splitlines())), 70)
+
+    def test_what_cannot_be_is_refused_before_anything_moves(self):
+        for words, code, said in ((["elbow", "--to", "20deg", "--gain", "q=3"], 2, "it has p, i, d"),
+                                  (["elbow", "--to", "20deg", "--gain", "p=999"], 2, "p_gain"),
+                                  (["elbow", "--to", "20deg", "--gain", "p"], 2, "such as p=30"),
+                                  (["waist_yaw", "--to", "20deg", "--gain", "p=3"], 10, "sinew set waist_yaw position-controller"),
+                                  (["elbow", "--to", "200deg"], 2, "position_max_deg"),
+                                  (["elbow"], 2, "--to ANGLE is missing"),
+                                  (["elbow", "--to", "20deg", "--keep"], 2, "--gain"),
+                                  (["elbow", "--to", "0deg"], 2, "already")):
+            done = sinew("tune", *words, *SIM, "--yes", code=code)
+            self.assertIn(said, done.stderr, words)
+        self.assertIn("--yes", sinew("tune", "elbow", "--to", "20deg", *SIM, code=2).stderr)
+
+    def test_gains_can_be_kept(self):
+        done = sinew("tune", "left_knee", "--to", "20deg", "--gain", "p=80", "--keep", *SIM, "--yes", "--json")
+        self.assertTrue(json.loads(done.stdout)["kept"])
+        self.assertIn("kept in flash", done.stderr)
+
+
+class Turning(unittest.TestCase):
+    def looks(self, *words, code=0):
+        return [json.loads(line) for line in sinew("move", *words, *SIM, "--yes", "--json", code=code).stdout.splitlines()]
+
+    def test_a_joint_turns_at_a_velocity_for_a_time(self):
+        for joint, degrees_s in (("neck_yaw", 20), ("left_hip", -20)):
+            looks = self.looks(joint, "--velocity", f"{degrees_s}deg/s", "--for", "2s")
+            # Not from the start: a Nuri takes a second to its speed.
+            speed = ((looks[-1]["position_rad"] - looks[-5]["position_rad"]) /
+                     (looks[-1]["time_s"] - looks[-5]["time_s"]))
+            self.assertAlmostEqual(math.degrees(speed), degrees_s, delta=2, msg=joint)
+
+    def test_a_joint_is_driven_by_a_current(self):
+        looks = self.looks("left_ankle", "--current", "0.2A", "--for", "100ms")
+        self.assertGreater(looks[-1]["position_rad"], looks[0]["position_rad"] + 0.001)
+        back = self.looks("left_ankle", "--current", "-0.2A", "--for", "100ms")
+        self.assertLess(back[-1]["position_rad"], back[0]["position_rad"] - 0.001)
+
+    def test_it_stops_at_the_limits_of_the_robot_file(self):
+        done = sinew("move", "neck_yaw", "--velocity", "60deg/s", "--for", "20s", *SIM, "--yes", code=2)
+        self.assertIn("left its limits at 8", done.stderr)
+
+    def test_what_cannot_be_is_refused(self):
+        for words, code, said in ((["elbow", "--current", "1A", "--for", "1s"], 10, "no command for a current"),
+                                  (["left_hip", "--torque", "0.2Nm", "--for", "1s"], 10, "torque"),
+                                  (["left_hip", "--velocity", "20deg/s"], 2, "add --for"),
+                                  (["left_hip", "--velocity", "20deg/s", "--current", "1A", "--for", "1s"], 2, "one thing at a time"),
+                                  (["left_hip", "5deg", "--velocity", "20deg/s", "--for", "1s"], 2, "POSITION belongs"),
+                                  (["left_hip", "5deg", "--for", "1s"], 2, "--for goes with"),
+                                  (["left_hip", "--current", "1V", "--for", "1s"], 2, "such as 0.5A"),
+                                  (["left_hip", "--velocity", "900deg/s", "--for", "1s"], 2, "velocity_max_deg_s"),
+                                  (["left_hip"], 2, "POSITION is missing")):
+            self.assertIn(said, sinew("move", *words, *SIM, "--yes", code=code).stderr, words)
+
+
+class Jog(unittest.TestCase):
+    def place(self, text):
+        return float(re.findall(r"(-?\d+\.\d+) deg", text)[-1])
+
+    def test_it_moves_while_a_key_repeats_and_stops_without(self):
+        jog = Terminal("jog", "neck_yaw", *SIM, "--yes", "--speed", "30deg/s")
+        jog.read_until("deg/s")
+        for _ in range(40):
+            jog.type("\033[C")
+            jog.wait(0.03)
+        jog.wait(1.0)
+        moved = self.place(jog.seen)
+        self.assertGreater(moved, 3.0, jog.seen)
+        jog.wait(0.5)
+        self.assertAlmostEqual(self.place(jog.seen), moved, delta=0.3)
+        jog.type("q")
+        self.assertEqual(jog.end(), 0)
+        self.assertIn("it holds at", jog.seen)
+
+    def test_it_needs_a_terminal(self):
+        self.assertIn("needs a terminal", sinew("jog", "neck_yaw", *SIM, "--yes", code=2).stderr)
+        self.assertIn("may not turn faster", sinew("jog", "neck_yaw", *SIM, "--speed", "999deg/s", code=2).stderr)
+
+
+class Motion(unittest.TestCase):
+    WAVE = "# to and fro\ngo 82\nwait 266ms\ngo 172\nwait 266ms\n"
+
+    def setUp(self):
+        self.file = tempfile.NamedTemporaryFile("w", suffix=".motion")
+        self.file.write(self.WAVE)
+        self.file.flush()
+
+    def tearDown(self):
+        self.file.close()
+
+    def test_text_and_bytes_are_the_same_program(self):
+        self.assertEqual(sinew("motion", "assemble", self.file.name).stdout, "10 52 31 0A 10 AC 31 0A\n")
+        self.assertEqual(as_json("motion", "assemble", self.file.name)["instructions"], 4)
+        self.assertEqual(sinew("motion", "show", "10 52 31 0A", "10AC310A").stdout, self.WAVE.split("\n", 1)[1])
+        self.assertEqual(as_json("motion", "show", "80", "00")[0], {"bytes": "80 00", "text": "end"})
+        self.assertEqual(sinew("motion", "assemble", "-", text="end\n").stdout, "80 00\n")
+
+    def test_a_simulated_servo_runs_it(self):
+        looks = [json.loads(line) for line in sinew("motion", "simulate", "elbow", self.file.name, "--robot", DEMO, "--json",
+                                                    "--for", "3s").stdout.splitlines()]
+        places = [math.degrees(look["position_rad"]) for look in looks]
+        self.assertLess(min(places), -25)
+        self.assertGreater(max(places), 25)
+        self.assertIn("*", sinew("motion", "simulate", "elbow", self.file.name, "--robot", DEMO).stdout)
+
+    def test_it_is_stored_and_switched_off(self):
+        done = as_json("motion", "upload", "elbow", self.file.name, *SIM, "--yes")
+        self.assertEqual(done["instructions"], 4)
+        self.assertEqual(as_json("motion", "upload", "elbow", "--none", *SIM, "--yes")["instructions"], 0)
+        self.assertIn("FF E0 C0 03 04 10 52", sinew("motion", "upload", "elbow", self.file.name, *SIM, "--dry-run").stdout)
+
+    def test_what_is_wrong_is_said(self):
+        self.assertIn("--yes", sinew("motion", "upload", "elbow", self.file.name, *SIM, code=2).stderr)
+        self.assertIn("only SAM", sinew("motion", "upload", "left_knee", self.file.name, *SIM, "--yes", code=10).stderr)
+        self.assertIn("--none", sinew("motion", "upload", "elbow", *SIM, "--yes", code=2).stderr)
+        self.assertIn("stdin:2: go takes", sinew("motion", "assemble", "-", text="end\ngo 255\n", code=9).stderr)
+        self.assertIn("no such file", sinew("motion", "assemble", "/nowhere", code=9).stderr)
+        self.assertIn("two for each", sinew("motion", "show", "10", code=2).stderr)
+
+
+class Snapshot(unittest.TestCase):
+    def test_one_file_has_it_all_and_says_what_is_private(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "bug.json")
+            self.assertIn("Private in it may be", sinew("snapshot", *SIM, "--output", path, code=2).stderr)
+            self.assertFalse(os.path.exists(path))
+            sinew("snapshot", *SIM, "--output", path, "--yes")
+            with open(path, encoding="utf-8") as file:
+                all_of_it = json.load(file)
+            with open(DEMO, encoding="utf-8") as file:
+                self.assertEqual(all_of_it["robot_file"], file.read())
+            self.assertEqual(len(all_of_it["devices"]), 16)
+            self.assertEqual(len(all_of_it["buses"]), 3)
+            for device in all_of_it["devices"]:
+                self.assertIn("position_rad", device["state"])
+                self.assertGreater(len(device["settings"]), 5)
+            for bus in all_of_it["buses"]:
+                self.assertGreater(len(bus["last_frames"]), 20)
+                self.assertEqual({f["direction"] for f in bus["last_frames"]}, {"sent", "received"})
+            sinew("snapshot", "elbow", *SIM, "--output", path, "--yes", "--no-private")
+            with open(path, encoding="utf-8") as file:
+                self.assertNotIn("robot_file", json.load(file))
+            sinew("snapshot", *SIM, code=2)
+
+    def test_who_does_not_answer_is_in_it_with_what_went_wrong(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot, tempfile.TemporaryDirectory() as folder:
+            with open(DEMO, encoding="utf-8") as file:
+                robot.write(file.read() + '[[sim.fault]]\nkind = "unplug"\njoint = "elbow"\n')
+            robot.flush()
+            path = os.path.join(folder, "bug.json")
+            sinew("snapshot", "elbow", "--robot", robot.name, "--sim", "--output", path, "--yes")
+            with open(path, encoding="utf-8") as file:
+                device = json.load(file)["devices"][0]
+            self.assertEqual(device["state"]["error"]["code"], "timeout")
+
+
+if __name__ == "__main__":
+    unittest.main()

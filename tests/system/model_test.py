@@ -1,0 +1,115 @@
+"""What is made from the command model: help topics, completion, manual pages."""
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from support import DEMO, SINEW, SOURCE, environment, sinew
+
+
+def words(*line, robot=DEMO):
+    done = subprocess.run([SINEW, "completion", "words", "--", "sinew", *line], capture_output=True, text=True, cwd=SOURCE,
+                          env=environment(**({"SINEW_ROBOT": robot} if robot else {})), check=True)
+    return done.stdout.split("\n")[:-1]
+
+
+class Help(unittest.TestCase):
+    def test_topics(self):
+        self.assertIn("30deg/s", sinew("help", "units").stdout)
+        self.assertIn("130", sinew("help", "exit-codes").stdout)
+        self.assertIn("SINEW_ROBOT", sinew("help", "environment").stdout)
+        for scheme in ("serial:", "slcan:", "tcp:", "can:", "sim:"):
+            self.assertIn(scheme, sinew("help", "links").stdout)
+        overview = sinew("--help").stdout
+        for topic in ("units", "exit-codes", "environment", "links"):
+            self.assertIn(f"sinew help {topic}", overview)
+        sinew("help", "unitz", code=2)
+
+    def test_topics_fit_the_terminal(self):
+        for topic in ("units", "exit-codes", "environment"):
+            for columns in (50, 80):
+                lines = sinew("help", topic, columns=columns).stdout.splitlines()
+                self.assertEqual([line for line in lines if len(line) > columns and " " in line.strip()], [])
+
+    def test_the_model_has_every_verb(self):
+        model = json.loads(sinew("help", "--json").stdout)
+        overview = sinew("--help").stdout
+        for verb in model:
+            self.assertIn(f"  {verb['name']}", overview)
+            self.assertTrue(verb["examples"], verb["name"])
+            for option in verb["options"]:
+                self.assertTrue(option["name"].startswith("--") and option["says"], option)
+
+
+class Completion(unittest.TestCase):
+    def test_verbs(self):
+        self.assertIn("restore", words(""))
+        self.assertEqual(words("rest"), ["restore"])
+        self.assertEqual(words("motion", "a"), ["assemble"])
+        self.assertIn("look", words("sim", ""))
+
+    def test_options_and_their_values(self):
+        self.assertIn("--robot", words("move", "--"))
+        self.assertEqual(words("scan", "--family", "n"), ["nuri"])
+        self.assertIn("SAM-20", words("info", "x:y", "--family", "sam", "--model", ""))
+        self.assertEqual(words("watch", "--link", "l"), ["left=", "legs="])
+
+    def test_joints_buses_and_messages(self):
+        self.assertEqual(words("move", "elb"), ["elbow"])
+        self.assertEqual(words("bus", ""), ["left", "waist", "legs"])
+        self.assertIn("input-voltage", words("get", "elbow", "in"))
+        self.assertIn("pd-gain", words("set", "elbow", ""))
+        self.assertIn("speed-closed-loop", words("send", "left_knee", "speed"))
+        self.assertIn("request-ping", words("send", "serial:/dev/x", "--family", "nuri", "request"))
+        self.assertIn("brown-out", words("sim", "fault", "elbow", "b"))
+
+    def test_what_is_not_known_is_nothing(self):
+        self.assertEqual(words("move", "", robot=None), [])
+        self.assertEqual(words("move", "", robot="/nowhere.toml"), [])
+        self.assertEqual(words("nonsense", "x"), [])
+        self.assertEqual(words("decode", ""), [])
+
+    @unittest.skipUnless(shutil.which("bash"), "there is no bash")
+    def test_bash_takes_it(self):
+        script = sinew("completion", "bash").stdout
+        asked = script + '\nCOMP_WORDS=(sinew move elb); COMP_CWORD=2; _sinew 2>/dev/null; echo "${COMPREPLY[@]}"\n'
+        done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, cwd=SOURCE,
+                              env=environment(SINEW_ROBOT=DEMO, PATH=os.path.dirname(SINEW) + ":" + os.environ["PATH"]))
+        self.assertEqual(done.stdout.strip(), "elbow", done.stderr)
+
+    def test_every_shell_has_a_script_that_asks_the_command(self):
+        for shell in ("bash", "zsh", "fish"):
+            self.assertIn("sinew completion words", sinew("completion", shell).stdout)
+            if shutil.which(shell) and shell != "bash":
+                with tempfile.NamedTemporaryFile("w") as file:
+                    file.write(sinew("completion", shell).stdout)
+                    file.flush()
+                    subprocess.run([shell, "-n", file.name], check=True)
+        sinew("completion", "tcsh", code=2)
+
+
+class Man(unittest.TestCase):
+    def pages(self):
+        yield sinew("man").stdout
+        for verb in json.loads(sinew("help", "--json").stdout):
+            yield sinew("man", *verb["name"].split()).stdout
+
+    def test_every_page_is_formatted_without_a_complaint(self):
+        tool = ["mandoc", "-Tlint", "-Wwarning"] if shutil.which("mandoc") else ["groff", "-man", "-ww", "-Tutf8"]
+        if not shutil.which(tool[0]):
+            self.skipTest("neither mandoc nor groff is here")
+        for page in self.pages():
+            done = subprocess.run(tool, input=page, capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), page[:200])
+
+    def test_a_page_says_what_the_help_says(self):
+        page = sinew("man", "restore").stdout
+        self.assertIn("\\-\\-with\\-calibration", page)
+        self.assertIn("SINEW_ROBOT", sinew("man").stdout)
+        sinew("man", "nonsense", code=2)
+
+
+if __name__ == "__main__":
+    unittest.main()
