@@ -10,12 +10,6 @@
 namespace sinew::cli {
 namespace {
 
-bool are_flags(std::span<const wire::Label> labels)
-{
-    return std::ranges::all_of(
-        labels, [](const auto& l) { return l.value > 0 && std::has_single_bit(static_cast<std::uint64_t>(l.value)); });
-}
-
 std::string flags(std::span<const wire::Label> labels, std::int64_t raw)
 {
     std::string out;
@@ -39,6 +33,12 @@ std::string label_of(const wire::Field& field, std::int64_t raw)
 }
 
 } // namespace
+
+bool are_flags(std::span<const wire::Label> labels)
+{
+    return std::ranges::all_of(
+        labels, [](const auto& l) { return l.value > 0 && std::has_single_bit(static_cast<std::uint64_t>(l.value)); });
+}
 
 std::vector<Shown> show(const Device& device, const wire::MessageInfo& message, const wire::Values& values)
 {

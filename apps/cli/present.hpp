@@ -17,6 +17,9 @@ struct Shown {
 
 std::vector<Shown> show(const Device& device, const wire::MessageInfo& message, const wire::Values& values);
 
+/// Whether labels name single bits and not values.
+bool are_flags(std::span<const wire::Label> labels);
+
 /// "90 deg", "CW", "17"; short enough for one column.
 std::string text(const Shown& value);
 /// A number without digits that mean nothing.

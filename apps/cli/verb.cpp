@@ -113,6 +113,7 @@ std::span<const Verb> verbs()
         motion_upload_verb(),
         decode_verb(),
         messages_verb(),
+        dissector_verb(),
         snapshot_verb(),
         completion_verb(),
         man_verb(),

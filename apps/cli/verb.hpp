@@ -120,5 +120,6 @@ Verb recover_verb();
 Verb send_verb();
 Verb decode_verb();
 Verb messages_verb();
+Verb dissector_verb();
 
 } // namespace sinew::cli

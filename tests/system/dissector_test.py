@@ -1,0 +1,106 @@
+"""The rows in the words of other programs: tshark runs the dissector, canmatrix reads the DBC file."""
+import json
+import logging
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+import warnings
+
+from support import DEMO, PATIENCE, as_json, environment, sinew
+
+logging.disable(logging.ERROR)  # which formats canmatrix lacks is nothing to tell
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    import canmatrix.formats
+
+ROBOT = ["--robot", DEMO] + [word for bus in ("left", "waist", "legs") for word in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
+
+
+class Dissector(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def record(self):
+        sinew("record", self.path("run.mcap"), *ROBOT, "--for", "20ms")
+        sinew("export", self.path("run.mcap"), "--to", "pcapng", "--out", self.path("run.pcapng"))
+        # By the manuals, without the models that the robot file names: as the dissector does.
+        return [json.loads(line) for line in sinew("sniff", "--replay", self.path("run.pcapng"), "--json").stdout.splitlines()]
+
+    def test_tshark_says_the_same_as_sinew_of_every_frame_of_every_family(self):
+        heard = self.record()
+        sinew("dissector", "lua", "--out", self.path("sinew.lua"))
+        fields = sorted({value["name"] for one in heard for value in one["values"]})
+        words = ["tshark", "-X", f"lua_script:{self.path('sinew.lua')}", "-r", self.path("run.pcapng"), "-T", "fields"]
+        for field in ["sinew.family", "sinew.message", "sinew.direction", "sinew.id", *(f"sinew.{f}" for f in fields)]:
+            words += ["-e", field]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, env=environment(HOME=self.folder))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("Error", done.stderr)
+        rows = [line.split("\t") for line in done.stdout.splitlines()]
+        self.assertEqual(len(rows), len(heard))
+        self.assertEqual({row[0] for row in rows}, {"sam", "nuri", "rmd"})
+        compared = 0
+        for row, one in zip(rows, heard):
+            self.assertEqual(row[:3], [one["family"], one["message"], one["direction"]])
+            if row[3]:  # a bare reply names nobody
+                self.assertEqual(int(row[3]), one["id"])
+            shown = dict(zip(fields, row[4:]))
+            for value in one["values"]:
+                expected = value["raw"] if value.get("value") is None else value["value"]
+                self.assertAlmostEqual(float(shown[value["name"]]), expected, places=5, msg=f"{one}")
+                compared += 1
+        self.assertGreater(compared, 50)
+
+    def test_what_is_no_frame_is_told_by_the_dissector(self):
+        log = self.path("odd.log")
+        with open(log, "w") as file:
+            file.write("(1.000000) legs 141#FF00000000000000 R\n")
+        sinew("sniff", "--replay", log, "--write", self.path("odd.pcapng"))
+        sinew("dissector", "lua", "--out", self.path("sinew.lua"))
+        done = subprocess.run(["tshark", "-X", f"lua_script:{self.path('sinew.lua')}", "-r", self.path("odd.pcapng"), "-T", "fields",
+                               "-e", "sinew.error"], capture_output=True, text=True, timeout=PATIENCE, env=environment(HOME=self.folder))
+        self.assertIn("no message", done.stdout)
+
+    def test_canmatrix_reads_the_dbc_and_decodes_replies_as_sinew_does(self):
+        heard = [one for one in self.record() if one["family"] == "rmd" and one["direction"] == "reply"]
+        sinew("dissector", "dbc", "--out", self.path("rmd.dbc"))
+        matrix = canmatrix.formats.loadp_flat(self.path("rmd.dbc"))
+        self.assertEqual(len(matrix.frames), 33)
+        compared = 0
+        for one in heard:
+            frame = matrix.frame_by_id(canmatrix.ArbitrationId(one["can_id"]))
+            data = bytes.fromhex(one["bytes"])
+            decoded = frame.decode(data)
+            for value in one["values"]:
+                name = f"{one['message']}_{value['name']}".replace("-", "_")
+                expected = value["raw"] if value.get("value") is None else value["value"]
+                self.assertAlmostEqual(float(decoded[name].phys_value), expected, places=5, msg=f"{name} {one}")
+                compared += 1
+        self.assertGreater(compared, 20)
+
+    def test_every_message_with_values_is_in_the_dbc_of_every_line(self):
+        for line in ("rmd-2.35", "myactuator-3"):
+            sinew("dissector", "dbc", "--profile", line, "--out", self.path("line.dbc"))
+            matrix = canmatrix.formats.loadp_flat(self.path("line.dbc"))
+            names = {signal.name for frame in matrix.frames for signal in frame.signals}
+            for message in as_json("messages", "rmd", "--profile", line):
+                sides = [message[side] for side in ("request", "reply") if message.get(side)]
+                with_values = [any(f["kind"] == "value" for f in side["fields"]) for side in sides]
+                if any(with_values):
+                    start = message["name"].replace("-", "_") + "_"
+                    self.assertTrue(any(name.startswith(start) for name in names), f"{line} {message['name']}")
+
+    def test_wrong_words(self):
+        for words, part in ((["dissector", "lau"], "did you mean lua?"), (["dissector"], "FORMAT is missing"),
+                            (["dissector", "lua", "--profile", "rsa"], "--profile"), (["dissector", "dbc", "--profile", "rmd-2.3"], "rmd-2.35")):
+            self.assertIn(part, sinew(*words, code=2).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
