@@ -61,6 +61,7 @@ std::expected<std::vector<Turned>, Error> open_released(Session& session, std::v
     return all;
 }
 
+/// With a terminal only: the end of an input is no Enter.
 bool enter_was_pressed()
 {
     pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};

@@ -26,6 +26,10 @@ public:
     {
         Place out;
         if (const auto path = words.text("--out")) {
+            std::error_code none;
+            if (std::filesystem::equivalent(*words.text("FILE"), *path, none))
+                return fail(Errc::bad_argument,
+                            "a recording cannot be written over by its own export; give another --out");
             auto file = NewFile::make(*path);
             if (!file)
                 return std::unexpected(file.error());

@@ -118,8 +118,7 @@ std::expected<void, Error> Gains::set_back(bus::Bus& bus, const Device& device) 
 std::expected<void, Error> Gains::store(bus::Bus& bus, const Device& device) const
 {
     for (const auto& one : all_) {
-        if (same(one.now, one.before))
-            continue;
+        // Also where they are in use already: what is stored is not known.
         const auto asked = request_of(device, one.setting, *one.setting.write, one.now);
         if (!asked)
             return std::unexpected(asked.error());

@@ -31,8 +31,11 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
     show_state(words, *driven, {});
     const double way = std::abs(position_of(*driven));
     const auto needed = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(2.0 * way / speed_rad_s));
-    return move_to(words, session, *driven,
-                   {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
+    auto done = move_to(words, session, *driven,
+                        {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
+    if (!done)
+        (void)hold(*driven); // what is in its way would be pushed with all there is
+    return done;
 }
 
 Outcome run(const Words& words)
@@ -86,7 +89,7 @@ Verb home_verb()
                      {"sinew home slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s --yes", "a device on a link"}},
         .run = run,
         .more = "A SAM knows no speed for a move to a position; it is led in small steps. Ctrl-C makes a joint stay "
-                "where it is. The first joint that does not arrive ends it."};
+                "where it is. A joint that does not arrive holds there, and ends it."};
 }
 
 } // namespace sinew::cli

@@ -23,6 +23,8 @@ Outcome run(const Words& words)
     std::error_code none;
     if (std::filesystem::equivalent(from, to, none))
         return fail(Errc::bad_argument, "a recording cannot be written over while it is read; give another --out");
+    if (!words.has("--out") && std::filesystem::exists(to, none))
+        return fail(Errc::bad_argument, fmt::format("{} is there already; name it with --out to write over it", to));
     if (std::filesystem::path(to).extension() != ".mcap")
         return fail(Errc::bad_argument, fmt::format("'{}' must end with .mcap", to));
     auto log = record::FileReader::open(from);

@@ -26,8 +26,9 @@ void catch_interrupts()
     struct sigaction action{};
     action.sa_handler = on_interrupt;
     sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    // A terminal that is gone, Ctrl-\ and a reader that has left must not leave a motor turning either.
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE})
+        sigaction(number, &action, nullptr);
 }
 
 bool interrupted()

@@ -63,6 +63,9 @@ std::expected<void, Error> NewFile::write(std::string_view text)
 
 std::expected<void, Error> NewFile::keep()
 {
+    // What takes the place of another file must be on the disk before: a power cut would leave an empty one.
+    if (::fsync(fd()) != 0 && errno != EINVAL && errno != EROFS)
+        return refused(path_, errno);
     if (::rename(beside_.c_str(), path_.c_str()) != 0)
         return refused(path_, errno);
     beside_.clear();

@@ -83,6 +83,9 @@ Outcome read_curves(const Words& words, const std::vector<std::string>& values, 
 
 std::expected<void, Error> draw(const std::string& from, const std::string& to, std::vector<Curve> curves)
 {
+    std::error_code none;
+    if (std::filesystem::equivalent(from, to, none))
+        return fail(Errc::bad_argument, "a recording cannot be written over by its own picture; give another --out");
     auto file = NewFile::make(to);
     if (!file)
         return std::unexpected(file.error());

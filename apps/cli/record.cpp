@@ -15,7 +15,7 @@ std::expected<std::vector<BusTarget>, Error> buses_from(const Words& words)
     if (words.has("TARGET")) {
         Words bus;
         bus.add("BUS", *words.text("TARGET"));
-        for (const auto* name : {"--robot", "--link", "--family", "--model", "--profile"})
+        for (const auto* name : {"--robot", "--link", "--family", "--model", "--profile", "--sim"})
             for (const auto& value : words.all(name))
                 bus.add(name, value);
         auto one = bus_target(bus);
@@ -139,7 +139,7 @@ Verb record_verb()
                                  {"--for", "TIME", "end after this time, such as 5s"},
                                  {"--json", "", "print at the end what was recorded"}}),
         .examples = {{"sinew record run.mcap --robot arm.toml", "all joints, all buses at once"},
-                     {"sinew record run.mcap serial:/dev/ttyUSB0 --family sam --id 3 --for 10s", "one device"},
+                     {"sinew record run.mcap serial:/dev/ttyUSB0 --family sam --id 1 --for 10s", "one device"},
                      {"sinew record run.mcap slcan:/dev/ttyACM0 --listen", "what passes on a bus"}},
         .run = run,
         .more =

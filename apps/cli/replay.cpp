@@ -137,7 +137,8 @@ Verb replay_verb()
             .examples = {{"sinew replay run.mcap", "everything"},
                          {"sinew replay run.mcap --joint elbow", "what one joint was told and did"},
                          {"sinew replay run.mcap --errors --absolute", "what went wrong on the wires, and when"},
-                         {"sinew get replay:run.mcap#left input-voltage --family sam --id 3", "ask the recording"}},
+                         {"sinew get replay:run.mcap#left input-voltage --family sam --id 3 --model SAM-160EO200",
+                          "ask the recording"}},
             .run = run,
             .more =
                 "As a link, replay:FILE#BUS answers requests as the devices did. sinew sniff --replay reads the frames "

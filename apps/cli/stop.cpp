@@ -145,8 +145,15 @@ std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words&
 std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& words)
 {
     const auto word = words.text("TARGET");
-    if (word && is_link(*word) && !words.has("--id") && words.has("--family"))
+    Programs programs;
+    if (word && is_link(*word) && !words.has("--id") && words.has("--family")) {
+        if (auto told = programs.stop_holder(*word); told && *told) {
+            std::vector<Done> done;
+            done.push_back({fmt::format("all of {}", *word), std::move(*told)});
+            return done;
+        }
         return stop_link(session, words);
+    }
     std::vector<Device> devices;
     if (word) {
         auto one = target(words);
@@ -159,10 +166,9 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
         return std::unexpected(all.error());
     }
     std::vector<Done> done;
-    Programs programs;
     for (auto& device : devices) {
         auto name = device.name;
-        if (auto stopped = programs.stop_holder(device.link)) {
+        if (auto stopped = programs.stop_holder(device.link); stopped && *stopped) {
             done.push_back({std::move(name), std::move(*stopped)});
             continue;
         }

@@ -133,6 +133,8 @@ std::expected<void, Error> write(const std::string& path, std::string_view pose,
     const auto place = std::filesystem::canonical(path, unknown);
     std::ifstream stream{place, std::ios::binary};
     const std::string before{std::istreambuf_iterator<char>{stream}, {}};
+    if (!stream.is_open() || stream.bad())
+        return fail(Errc::bad_file, fmt::format("{} cannot be read any more, so the pose is not written", path));
     const auto after = config::with_pose(before, path, pose, targets);
     if (!after)
         return std::unexpected(after.error());

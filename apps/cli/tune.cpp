@@ -185,7 +185,7 @@ Verb tune_verb()
             .options = with_device_options(
                 {{"--to", "ANGLE", "where the step goes, such as 20deg"},
                  {"--gain", "NAME=N", "a gain to try: p, i or d as a raw number; may be given more than once", true},
-                 {"--keep", "", "store the gains of --gain in flash afterwards, where they differ"},
+                 {"--keep", "", "store the gains of --gain in flash afterwards"},
                  {"--for", "TIME", "how long it is looked at; 2s where it is not given"},
                  {"--plot", "FILE", "draw position and velocity into this SVG file (by gnuplot)"},
                  yes_option,

@@ -133,7 +133,21 @@ std::string describe(const Device& device, const Turning& turning)
 std::expected<void, Error> check_limits(const Device& device, const Turning& turning)
 {
     const auto* joint = device.joint;
-    if (turning.mode != actuator::Mode::velocity || joint == nullptr || !joint->velocity_max_rad_s.has_value() ||
+    if (joint == nullptr)
+        return {};
+    const auto beyond = [&](std::string_view what, std::optional<double> most, std::string_view key,
+                            std::string_view unit) -> std::expected<void, Error> {
+        if (!most || std::abs(turning.value) <= *most)
+            return {};
+        return fail(Errc::out_of_range, fmt::format("{} {:g} {} is beyond {} of {} in {}: {:g} {}", what, turning.value,
+                                                    unit, key, device.name, device.file->path, *most, unit));
+    };
+    if (turning.mode == actuator::Mode::current)
+        return beyond("current", joint->current_max_a ? joint->current_max_a : device.file->safety.current_max_a,
+                      "current_max_a", "A");
+    if (turning.mode == actuator::Mode::torque)
+        return beyond("torque", joint->torque_max_nm, "torque_max_nm", "Nm");
+    if (turning.mode != actuator::Mode::velocity || !joint->velocity_max_rad_s.has_value() ||
         std::abs(turning.value) <= *joint->velocity_max_rad_s)
         return {};
     return fail(Errc::out_of_range, fmt::format("speed {:g} deg/s is beyond velocity_max_deg_s of {} in {}: {:g} deg/s",

@@ -105,6 +105,7 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
 
 void Core::exchange_lines()
 {
+    show_life();
     for (auto& line : lines)
         line->start();
     bus::drive(buses);

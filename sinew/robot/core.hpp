@@ -63,6 +63,8 @@ private:
     std::expected<void, Error> heed_the_guardian();
     void tell_the_guardian(const Line& line);
     void tell_the_guardian_of_a_stop();
+    void show_life();
+    void rest();
 
     std::atomic<bool> stop_asked_{false};
     Guardian* guardian_ = nullptr;

@@ -97,7 +97,6 @@ std::expected<void, Error> Core::bring_links_back()
             return std::unexpected(*line->bus().link_trouble());
         line->forgive();
     }
-    stop_asked_.store(false);
     return {};
 }
 
@@ -170,6 +169,9 @@ std::expected<void, Error> Core::switch_all_on()
 
 std::expected<void, Error> Core::enable()
 {
+    // One that was carried out has cleared it: this one came when nobody drove.
+    if (stop_asked_.exchange(false))
+        return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
     enabled = false;
     if (auto back = bring_links_back(); !back)
         return back;
@@ -197,6 +199,8 @@ std::expected<void, Error> Core::enable()
     // From here on every joint is to hold, and a stop must not let go what a device held before.
     for (Joint& joint : joints)
         joint.command_ = {.mode = Mode::hold};
+    for (auto& line : lines)
+        line->prepare_stop();
     if (auto watched = hand_over(); !watched)
         return watched;
     if (auto done = switch_all_on(); !done)

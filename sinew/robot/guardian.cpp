@@ -223,6 +223,11 @@ void Guardian::beat() noexcept
     memory_->beats.fetch_add(1, std::memory_order_relaxed);
 }
 
+void Guardian::rest() noexcept
+{
+    memory_->beats.store(0, std::memory_order_relaxed);
+}
+
 bool Guardian::stop_asked() const noexcept
 {
     return memory_->stop_asked.load(std::memory_order_acquire);
@@ -246,7 +251,9 @@ bool Guardian::is_alive()
         seen_beats_ = beats;
         seen_at_ = now;
     } else if (now - seen_at_ > doubtful) {
-        dead_ = ::waitpid(pid_, nullptr, WNOHANG) == pid_;
+        // ECHILD: the program lets the system reap its children, or did it itself.
+        const int ended = ::waitpid(pid_, nullptr, WNOHANG);
+        dead_ = ended == pid_ || (ended < 0 && errno == ECHILD);
         seen_at_ = now;
     }
     return !dead_;

@@ -23,8 +23,8 @@ struct Memory;
 /// It cannot help where the computer loses its power, where the guardian is killed together with the program, and where
 /// the cable is cut: then the devices do what they do without a host (docs/guide/safety.md).
 ///
-/// One thread at a time; only `beat`, `stop_asked` and `stop_done` may be called from any. `update` and `beat` use no
-/// heap and no system call.
+/// One thread at a time; only `beat`, `rest`, `stop_asked` and `stop_done` may be called from any. `update` and `beat`
+/// use no heap and no system call.
 class Guardian
 {
 public:
@@ -55,6 +55,8 @@ public:
 
     /// The program is well. Call it every cycle.
     void beat() noexcept;
+    /// It will not beat for a while, and need not; until the next beat only its end counts.
+    void rest() noexcept;
     /// Somebody wants this program to stop its motors: `sinew stop`, or the guardian, which found no beat. Stays so
     /// until `stop_done`. A program that does not see to it within 0.2 s has it done by the guardian.
     bool stop_asked() const noexcept;

@@ -13,6 +13,7 @@ Core::~Core()
     if (guardian_ != nullptr)
         for (std::size_t i = 0; i < lines.size(); ++i)
             guardian_->forget(i);
+    rest();
 }
 
 std::expected<void, Error> Core::hand_over(std::size_t line)
@@ -70,6 +71,20 @@ void Core::tell_the_guardian(const Line& line)
     } else {
         guardian_->update(at, lines[at]->bus().link(), line.stop_requests());
     }
+}
+
+/// In everything that takes time, so that no long call of the robot itself counts as a program that hangs.
+void Core::show_life()
+{
+    if (guardian_ != nullptr)
+        guardian_->beat();
+}
+
+/// A robot that is stopped has nothing to be late with.
+void Core::rest()
+{
+    if (guardian_ != nullptr)
+        guardian_->rest();
 }
 
 void Core::tell_the_guardian_of_a_stop()

@@ -60,18 +60,25 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
                             search.joint->driver_->capabilities(), id_of(search.joint->device()));
         if (!able)
             return std::unexpected(search.joint->named(able.error()));
-        search.joint->begin_search();
     }
+    for (auto& search : searches) // all or none: nobody ends a search that is left behind
+        search.joint->begin_search();
     const auto one_look = [&] {
         for (auto& search : searches) {
-            if (search.found || clock->now() - search.since < stand_still)
+            if (search.found)
                 continue;
             search.joint->renew();
-            const double here = search.joint->state_.position_rad.value_or(search.from_rad);
-            const double most = search.joint->file().home.velocity_rad_s * seconds(clock->now() - search.since);
-            search.found = std::abs(here - search.from_rad) < share_of_way * most;
-            search.from_rad = here;
-            search.since = clock->now();
+            // Whoever was stopped by something else stands still as well, and not at his stop.
+            if (search.joint->command_.mode != Mode::velocity)
+                return false;
+            // In the time of the measurements: one that is missing must not pass for a joint that does not get along.
+            const auto& here = search.joint->state_.position_rad;
+            if (!here || here.at() - search.since < stand_still)
+                continue;
+            const double most = search.joint->file().home.velocity_rad_s * seconds(here.at() - search.since);
+            search.found = std::abs(*here - search.from_rad) < share_of_way * most;
+            search.from_rad = *here;
+            search.since = here.at();
             if (search.found)
                 search.joint->end_search(true);
         }
@@ -83,9 +90,16 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
             search.joint->guard_.watch_place(true);
             if (!ran)
                 continue;
+            const bool was_ended = search.joint->command_.mode != Mode::velocity;
             search.joint->end_search(false);
-            ran = fail(Errc::timeout,
-                       fmt::format("{} has found no stop; is `direction` of its home right?", search.joint->name()));
+            ran =
+                fail(Errc::timeout,
+                     was_ended ? fmt::format("{} was stopped before it had found its stop{}{}", search.joint->name(),
+                                             search.joint->trouble() != nullptr ? ": " : "",
+                                             search.joint->trouble() != nullptr ? to_sentence(*search.joint->trouble())
+                                                                                : std::string())
+                               : fmt::format("{} has found no stop; is `direction` of its home right?",
+                                             search.joint->name()));
         }
     return ran;
 }
@@ -106,8 +120,11 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
         const double velocity =
             std::min(joint->file().home.velocity_rad_s,
                      joint->limits().velocity_max_rad_s.value_or(joint->file().home.velocity_rad_s));
-        if (auto set = joint->set({.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = velocity}); !set)
+        if (auto set = joint->set({.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = velocity}); !set) {
+            for (Joint* other : all)
+                other->hold_here(clock->now());
             return set;
+        }
     }
     const auto is_there = [](Joint* joint) {
         const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
@@ -123,15 +140,17 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;
+    std::expected<void, Error> out;
     for (Joint* joint : all)
         if (!arrived && !is_there(joint)) {
             joint->hold_here(clock->now());
-            return fail(Errc::timeout,
-                        fmt::format("{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?",
-                                    joint->name(), units::deg(joint->state_.position_rad.value_or(0.0)),
-                                    seconds(within)));
+            if (out)
+                out = fail(Errc::timeout,
+                           fmt::format("{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?",
+                                       joint->name(), units::deg(joint->state_.position_rad.value_or(0.0)),
+                                       seconds(within)));
         }
-    return {};
+    return out;
 }
 
 } // namespace sinew::robot

@@ -66,7 +66,8 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
         // One look may be where it turns round.
-        joint.rests_ = std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s ? joint.rests_ + 1 : 0;
+        const bool looked = joint.raw_.position_rad && joint.raw_.position_rad.at() >= begun;
+        joint.rests_ = looked && std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s ? joint.rests_ + 1 : 0;
         const bool rests = joint.rests_ >= looks_at_rest;
         const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_) : rests;
         if (done)
@@ -91,6 +92,7 @@ void Core::verify(std::vector<Stopped>& outcomes)
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
             clock->wait({}, until);
+        show_life();
     }
 }
 
@@ -114,6 +116,7 @@ std::vector<Stopped> Core::stop(std::string why)
     verify(outcomes);
     for (Joint& joint : joints)
         joint.command_ = {.mode = joint.policy()};
+    rest();
     return outcomes;
 }
 
