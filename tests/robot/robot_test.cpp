@@ -244,6 +244,34 @@ velocity_deg_s = 20
     EXPECT_NEAR(units::deg(*rig.robot->state("waist")->position_rad), 0.0, 0.6);
 }
 
+TEST(Robot, AJointFindsItsReferenceAlthoughItsCommandsTimeOut)
+{
+    constexpr std::string_view text = R"(
+version = 1
+[safety]
+command_timeout_s = 0.2
+[bus.n]
+family = "nuri"
+bit_rate = 115200
+[joint.waist]
+bus = "n"
+id = 1
+position_min_deg = -30
+position_max_deg = 90
+velocity_max_deg_s = 60
+[joint.waist.home]
+routine = "stop"
+direction = -1
+position_deg = -35
+velocity_deg_s = 20
+)";
+    Rig rig(file_of(std::string(text) + "[joint.waist.plant]\nstop_min_deg = -70\n"), file_of(text));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->home("waist")), "");
+    EXPECT_NEAR(units::deg(rig.simulator->world().look("waist")->position_rad), -35.0, 1.0)
+        << "it took standing still without a command for its stop";
+}
+
 TEST(Robot, AModelThatIsNotTheDevicesOwnIsNotEnabled)
 {
     const auto with_model = [](std::string_view model) {

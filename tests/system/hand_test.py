@@ -3,11 +3,13 @@ import json
 import math
 import os
 import re
+import signal
+import subprocess
 import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from support import DEMO, SOURCE, Terminal, as_json, sinew
+from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, Terminal, as_json, environment, sinew
 
 SIM = ["--robot", DEMO, "--sim"]
 
@@ -89,6 +91,51 @@ class Turning(unittest.TestCase):
                                   (["left_hip", "--velocity", "900deg/s", "--for", "1s"], 2, "velocity_max_deg_s"),
                                   (["left_hip"], 2, "POSITION is missing")):
             self.assertIn(said, sinew("move", *words, *SIM, "--yes", code=code).stderr, words)
+
+    def test_a_current_keeps_to_the_robot_file(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+            with open(DEMO) as demo:
+                robot.write(demo.read().replace("[joint.left_ankle]\n", "[joint.left_ankle]\ncurrent_max_a = 0.1\n"))
+            robot.flush()
+            done = sinew("move", "left_ankle", "--current", "2A", "--for", "50ms", "--robot", robot.name, "--sim", "--yes", code=2)
+            self.assertIn("current_max_a", done.stderr)
+
+
+class LeftAlone(unittest.TestCase):
+    """What becomes of a motor when nobody is there any more."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        os.environ["XDG_RUNTIME_DIR"] = self.folder.name
+        self.sim = Simulator()
+
+    def tearDown(self):
+        self.sim.close()
+        del os.environ["XDG_RUNTIME_DIR"]
+        self.folder.cleanup()
+
+    def start(self):
+        move = subprocess.Popen([SINEW, "move", "left_hip", "--velocity", "5deg/s", "--for", "100s", *self.sim.robot, "--yes"],
+                                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment(), cwd=SOURCE)
+        self.assertIn("deg", move.stdout.readline())
+        return move
+
+    def speed(self):
+        return float(sinew("sim", "look", "left_hip").stdout.splitlines()[1].split()[3])
+
+    def test_a_motor_stops_when_the_reader_of_its_lines_has_left(self):
+        move = self.start()
+        move.stdout.close()
+        move.wait(PATIENCE)
+        self.assertEqual(self.speed(), 0.0)
+
+    def test_a_motor_stops_when_the_terminal_is_gone(self):
+        move = self.start()
+        move.send_signal(signal.SIGHUP)
+        move.stdout.read()
+        self.assertEqual(move.wait(PATIENCE), 130)
+        move.stdout.close()
+        self.assertEqual(self.speed(), 0.0)
 
 
 class Jog(unittest.TestCase):
