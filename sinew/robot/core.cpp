@@ -112,6 +112,10 @@ void Core::exchange_lines()
     const TimePoint now = clock->now();
     for (auto& line : lines)
         line->absorb(now);
+    // A link that was lost when the robot was stopped is back and has sent its stop: from now on it may be read.
+    for (auto& line : lines)
+        if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news())
+            line->bus().clear_stop();
 }
 
 /// Stops all for a reason; what is returned is the reason.

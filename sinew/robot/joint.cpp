@@ -301,9 +301,11 @@ Mode Joint::policy() const
     return command_.mode == Mode::release ? Mode::release : policy_;
 }
 
-std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver) const
+std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool lost) const
 {
-    return driver.plan({.mode = policy()}, raw_);
+    // To hold where it was measured would be a leap back at full torque; a brake asks for no position.
+    const bool would_leap = lost && holds_a_position_ && policy() == Mode::hold && can_.brake;
+    return driver.plan({.mode = would_leap ? Mode::brake : policy()}, raw_);
 }
 
 // ---- measurements ----

@@ -88,7 +88,8 @@ private:
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
-    std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver) const;
+    /// `lost`: its link was lost since it was measured, and nobody knows what happened to the shaft meanwhile.
+    std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool lost) const;
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);

@@ -202,7 +202,7 @@ void Line::prepare_stop()
             stop_requests_.push_back(*all);
         }
     for (Joint* joint : joints_)
-        if (const auto requests = joint->plan_policy(*joint->stopper_))
+        if (const auto requests = joint->plan_policy(*joint->stopper_, is_lost()))
             for (const auto& request : requests->all())
                 stop_requests_.push_back(request);
     bus_->set_stop(stop_requests_);

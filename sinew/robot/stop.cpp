@@ -30,6 +30,8 @@ void Core::send_stop()
             line->absorb(now);
         if (line->bus().link_trouble() == nullptr)
             line->bus().clear_stop();
+        else
+            line->prepare_stop(); // for when it is back
     }
 }
 
@@ -45,7 +47,7 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
             if (outcome.outcome == Stopped::Outcome::confirmed)
                 continue;
             if (command)
-                if (const auto plan = joint->plan_policy(*joint->driver_))
+                if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
             (void)line->plan_read(*joint, Depth::full);
         }

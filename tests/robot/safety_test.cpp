@@ -157,6 +157,31 @@ TEST(Safety, ALostLinkStopsTheOtherBuses)
     EXPECT_TRUE(rig.run(200ms).has_value());
 }
 
+TEST(Safety, AnArmThatWasMovedByHandWhileItsLinkWasLostDoesNotLeapBack)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-160EO200\"\nposition_min_deg = -150\nposition_max_deg = 150\n"));
+    rig.enable();
+    ASSERT_TRUE(rig.run(200ms));
+    ASSERT_TRUE(rig.simulator->set_plugged("s", false));
+    EXPECT_FALSE(rig.run(1s).has_value());
+    // It has lost its torque and is pushed away.
+    rig.simulator->world().find_device("arm")->power_cycle();
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = 0.3};
+    push.torque_nm = 2.0;
+    rig.simulator->world().inject(push);
+    rig.simulator->clock().wait({}, rig.now() + 5s);
+    const double pushed = rig.truth_rad("arm");
+    ASSERT_GT(std::abs(pushed), units::rad(3.0));
+    ASSERT_TRUE(rig.simulator->set_plugged("s", true));
+    for (int i = 0; i < 200; ++i) {
+        static_cast<void>(rig.robot->cycle());
+        rig.simulator->clock().wait({}, rig.now() + 5ms);
+    }
+    EXPECT_NEAR(units::deg(rig.truth_rad("arm")), units::deg(pushed), 3.0);
+    EXPECT_LT(seconds(rig.robot->state("arm")->age(rig.now())), 0.1) << "a link that is back is read";
+}
+
 TEST(Safety, WhatStopsARobotIsReadyBeforeItsFirstCycle)
 {
     const auto names = [](const Robot& robot) {
