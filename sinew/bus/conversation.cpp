@@ -98,9 +98,11 @@ void Conversation::abandon(const Error& error, TimePoint now)
     if (unusual_.probing && probe_result_.stage == Result::Stage::sent)
         quarantine(now);
     unusual_.probing = unusual_.unproven = unusual_.urgent = false;
-    for (std::size_t i = 0; i < results_.size(); ++i)
-        if (results_[i].stage != Result::Stage::done)
-            abandon(requests_[i], results_[i], error, now);
+    // Of an exchange that has ended nothing is left to end, and its results may be gone.
+    if (open_ != 0)
+        for (std::size_t i = 0; i < results_.size(); ++i)
+            if (results_[i].stage != Result::Stage::done)
+                abandon(requests_[i], results_[i], error, now);
     open_ = waiting_count_ = sent_count_ = outbox_size_ = current_ = 0;
     requests_ = {};
     results_ = {};
