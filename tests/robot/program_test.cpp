@@ -139,6 +139,12 @@ private:
         return random_.one_in(4) ? between(low - width, high + width) : between(low, high);
     }
 
+    /// What is no number of seconds is no duration either.
+    static Duration lasting(double seconds)
+    {
+        return std::abs(seconds) < 1e6 ? Duration{static_cast<std::int64_t>(seconds * 1e9)} : Duration::min();
+    }
+
     void wish()
     {
         Joint& joint = rig_.robot->joints()[random_.below(rig_.robot->joints().size())];
@@ -158,7 +164,7 @@ private:
         if (command.mode == Mode::duty)
             command.duty = around(-0.5, 0.5);
         if (random_.one_in(8))
-            command.duration = Duration{static_cast<std::int64_t>(around(-0.1, 2.0) * 1e9)};
+            command.duration = lasting(around(-0.1, 2.0));
         if (command.mode == Mode::release && !random_.one_in(3))
             command.mode = Mode::hold;
         joint.set(command) ? ++accepted : ++refused;
