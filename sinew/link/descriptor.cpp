@@ -29,9 +29,11 @@ std::expected<std::size_t, Error> Descriptor::write_nothing(int problem)
     return hang_up(std::strerror(problem));
 }
 
-/// What a read without bytes means; `problem`: 0 for an end of file, or errno.
-std::expected<Arrival, Error> Descriptor::read_nothing(int problem)
+/// What a read without bytes means: `count` as the system returned it, so 0 for an end of file unless none were asked
+/// for.
+std::expected<Arrival, Error> Descriptor::read_nothing(ssize_t count, std::size_t asked)
 {
+    const int problem = count != 0 ? errno : asked == 0 ? EAGAIN : 0;
     if (!fd_)
         return lost();
     if (problem == EAGAIN || problem == EWOULDBLOCK || problem == EINTR)

@@ -57,7 +57,7 @@ public:
             return std::expected<Arrival, Error>{std::in_place, static_cast<std::size_t>(count), clock_->now(), false};
         if (count < 0 && errno == EAGAIN)
             return std::expected<Arrival, Error>{std::in_place, 0U, TimePoint{}, false};
-        return read_nothing(count == 0 ? 0 : errno);
+        return read_nothing(count, into.size());
     }
     int fd() const { return fd_.get(); }
     bool is_open() const { return static_cast<bool>(fd_); }
@@ -66,7 +66,7 @@ public:
 
 private:
     std::expected<std::size_t, Error> write_nothing(int problem);
-    std::expected<Arrival, Error> read_nothing(int problem);
+    std::expected<Arrival, Error> read_nothing(ssize_t count, std::size_t asked);
     std::unexpected<Error> lost() const;
 
     Fd fd_;
