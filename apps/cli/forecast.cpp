@@ -1,6 +1,6 @@
 #include "apps/cli/forecast.hpp"
 
-#include "apps/cli/fields.hpp"
+#include "sinew/family/broadcast.hpp"
 #include "sinew/family/drivers.hpp"
 
 #include <algorithm>
@@ -46,11 +46,8 @@ void add(std::vector<Step>& steps, const Device& device, const wire::Requests& r
 
 void add_broadcast(const Family& family, const Device& like, std::vector<Step>& stop)
 {
-    Device everybody{
-        .name = "all", .family = &family, .id = family.broadcast_id, .asked_line = family.profiles.front()};
-    if (const auto request = family.broadcast_id >= 0 ? broadcast_stop(everybody) : fail(Errc::unsupported, "");
-        request) {
-        stop.push_back(step_of(like, *request));
+    if (const auto all = stop_of_all(family)) {
+        stop.push_back(step_of(like, all->request));
         stop.back().joint = "all";
     }
 }
@@ -64,23 +61,6 @@ std::vector<wire::Request> with_most(std::span<const Step> steps)
 }
 
 } // namespace
-
-std::expected<wire::Request, Error> broadcast_stop(const Device& everybody)
-{
-    const bool is_sam = everybody.family->name == "sam";
-    const auto message =
-        message_named(*everybody.family, everybody.line(), is_sam ? "quick-brake-mode" : "set-control-on-off");
-    if (!message)
-        return std::unexpected(message.error());
-    const std::vector<std::string> off{"control=off"};
-    const auto values = values_from(everybody, **message, is_sam ? std::span<const std::string>{} : off);
-    if (!values)
-        return std::unexpected(values.error());
-    auto asked = request(everybody, **message, *values);
-    if (asked)
-        asked->answered = false;
-    return asked;
-}
 
 Step step_of(const Device& device, const wire::Request& request)
 {

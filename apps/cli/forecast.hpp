@@ -44,8 +44,4 @@ struct Bottleneck {
 };
 Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps);
 
-/// The message that makes all devices of a line stop at once: SAM brakes, Nuri releases. `everybody` has the broadcast
-/// id. Nobody acknowledges it.
-std::expected<wire::Request, Error> broadcast_stop(const Device& everybody);
-
 } // namespace sinew::cli

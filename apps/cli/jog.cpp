@@ -104,13 +104,11 @@ private:
 
     std::expected<void, Error> go()
     {
-        const auto* joint = driven_.device.joint;
-        actuator::Command command{.mode = actuator::Mode::position,
-                                  .position_rad = to_actuator_position(joint, target_)};
+        actuator::Command command{.mode = actuator::Mode::position, .position_rad = target_};
         // A little faster than the steps, so that it is there when the next one comes.
         if (driven_.driver->capabilities().velocity_limit)
-            command.velocity_rad_s = speed_factor * speed_ * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
-        const auto requests = driven_.driver->plan(command, driven_.state);
+            command.velocity_rad_s = speed_factor * speed_;
+        const auto requests = plan(driven_, command);
         return requests ? carry_out(driven_, *requests) : std::unexpected(requests.error());
     }
 

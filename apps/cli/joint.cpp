@@ -86,19 +86,37 @@ std::unexpected<Error> beyond(const Device& device, std::string_view what, doubl
 
 } // namespace
 
+robot::Mounting mounting_of(const config::Joint* joint)
+{
+    return joint != nullptr ? robot::Mounting::of(*joint) : robot::Mounting{};
+}
+
 double to_joint_position(const config::Joint* joint, double actuator_rad)
 {
-    return joint == nullptr ? actuator_rad : (actuator_rad - joint->zero_rad) / (joint->direction * joint->ratio);
+    return mounting_of(joint).to_joint(actuator_rad);
 }
 
 double to_joint_velocity(const config::Joint* joint, double actuator_rad_s)
 {
-    return joint == nullptr ? actuator_rad_s : actuator_rad_s / (joint->direction * joint->ratio);
+    return mounting_of(joint).to_joint_velocity(actuator_rad_s);
 }
 
 double to_actuator_position(const config::Joint* joint, double joint_rad)
 {
-    return joint == nullptr ? joint_rad : joint->zero_rad + joint_rad * joint->direction * joint->ratio;
+    return mounting_of(joint).to_actuator(joint_rad);
+}
+
+std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command)
+{
+    return driven.driver->plan(mounting_of(driven.device.joint).to_actuator(command), driven.state);
+}
+
+actuator::Command move_to_position(const Driven& driven, double position_rad, std::optional<double> speed_rad_s)
+{
+    const auto* joint = driven.device.joint;
+    if (!speed_rad_s && joint != nullptr && driven.driver->capabilities().velocity_limit)
+        speed_rad_s = joint->velocity_max_rad_s;
+    return {.mode = actuator::Mode::position, .position_rad = position_rad, .velocity_rad_s = speed_rad_s};
 }
 
 std::expected<void, Error> check_limits(const Device& device, double position_rad, std::optional<double> speed_rad_s)

@@ -1,14 +1,22 @@
 #pragma once
 #include "apps/cli/json.hpp"
 #include "apps/cli/session.hpp"
+#include "sinew/robot/mounting.hpp"
 
 /// Joint units: those of the output behind the direction, zero and ratio of the robot file. A device named by its link
 /// is its own joint.
 namespace sinew::cli {
 
+robot::Mounting mounting_of(const config::Joint* joint);
 double to_joint_position(const config::Joint* joint, double actuator_rad);
 double to_joint_velocity(const config::Joint* joint, double actuator_rad_s);
 double to_actuator_position(const config::Joint* joint, double joint_rad);
+
+/// The requests that carry out a command in joint units.
+std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command);
+/// A move in joint units. The limit of the robot file is also the speed of one that names none, where the device takes
+/// a speed.
+actuator::Command move_to_position(const Driven& driven, double position_rad, std::optional<double> speed_rad_s = {});
 
 /// The limits of the robot file: `out_of_range` with the limit in degrees.
 std::expected<void, Error> check_limits(const Device& device, double position_rad, std::optional<double> speed_rad_s);

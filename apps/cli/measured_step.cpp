@@ -9,16 +9,6 @@ namespace {
 
 constexpr Duration least_period = std::chrono::milliseconds(1);
 
-/// As `sinew move` does: the limit of the robot file is the speed of the move.
-std::expected<wire::Requests, Error> plan(Driven& driven, double to_rad)
-{
-    const auto* joint = driven.device.joint;
-    actuator::Command command{.mode = actuator::Mode::position, .position_rad = to_actuator_position(joint, to_rad)};
-    if (joint != nullptr && joint->velocity_max_rad_s && driven.driver->capabilities().velocity_limit)
-        command.velocity_rad_s = *joint->velocity_max_rad_s * std::abs(joint->ratio);
-    return driven.driver->plan(command, driven.state);
-}
-
 std::expected<std::optional<StepSample>, Error> look(Driven& driven, TimePoint begin)
 {
     if (auto read = read_state(driven, actuator::Depth::motion); !read)
@@ -52,7 +42,7 @@ std::expected<std::vector<StepSample>, Error> measured_step(Session& session, Dr
     std::vector<StepSample> samples;
     samples.push_back(
         {.position_rad = to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0))});
-    const auto requests = plan(driven, to_rad);
+    const auto requests = plan(driven, move_to_position(driven, to_rad));
     if (!requests)
         return std::unexpected(requests.error());
     const TimePoint begin = session.clock().now();

@@ -17,22 +17,15 @@ constexpr int most_looks_at_a_stop = 20;
 
 std::expected<void, Error> start(Driven& driven, const Goal& goal)
 {
-    const auto* joint = driven.device.joint;
-    actuator::Command command{.mode = actuator::Mode::position,
-                              .position_rad = to_actuator_position(joint, goal.position_rad)};
-    command.duration = goal.duration;
+    auto command = move_to_position(driven, goal.position_rad, goal.speed_rad_s);
     if (goal.duration) {
+        command.velocity_rad_s = goal.speed_rad_s;
+        command.duration = goal.duration;
         const double mean_speed = std::abs(goal.position_rad - position_of(driven)) / seconds(*goal.duration);
         if (auto fine = check_limits(driven.device, goal.position_rad, mean_speed); !fine)
             return fine;
     }
-    // The limit of the robot file is also the speed of a move that names none.
-    auto speed = goal.speed_rad_s;
-    if (!speed && !goal.duration && joint != nullptr && driven.driver->capabilities().velocity_limit)
-        speed = joint->velocity_max_rad_s;
-    if (speed)
-        command.velocity_rad_s = *speed * (joint != nullptr ? std::abs(joint->ratio) : 1.0);
-    const auto requests = driven.driver->plan(command, driven.state);
+    const auto requests = plan(driven, command);
     return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
 }
 
@@ -85,9 +78,7 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
         const double travelled = *goal.speed_rad_s * seconds(next - begin);
         const bool is_last = travelled >= std::abs(length);
         const double at = is_last ? goal.position_rad : from + std::copysign(travelled, length);
-        const auto requests = driven.driver->plan(
-            {.mode = actuator::Mode::position, .position_rad = to_actuator_position(driven.device.joint, at)},
-            driven.state);
+        const auto requests = plan(driven, {.mode = actuator::Mode::position, .position_rad = at});
         auto sent = !requests       ? std::unexpected(requests.error())
                     : interrupted() ? std::expected<void, Error>{}
                                     : carry_out(driven, *requests);

@@ -111,16 +111,6 @@ std::expected<void, Error> set_gains(Driven& driven, const std::array<std::uint8
     return send(sam::SetRuntimeIGain{.i_gain = gains[1]});
 }
 
-/// As `sinew move` does: the limit of the robot file is the speed of the move.
-std::expected<wire::Requests, Error> plan(Driven& driven, double to_rad)
-{
-    const auto* joint = driven.device.joint;
-    actuator::Command command{.mode = actuator::Mode::position, .position_rad = to_actuator_position(joint, to_rad)};
-    if (joint->velocity_max_rad_s && driven.driver->capabilities().velocity_limit)
-        command.velocity_rad_s = *joint->velocity_max_rad_s * std::abs(joint->ratio);
-    return driven.driver->plan(command, driven.state);
-}
-
 std::expected<Device, Error> checked(const config::RobotFile& file, const StepRequest& request)
 {
     auto device = joint_of(file, request.joint);
@@ -175,7 +165,7 @@ std::expected<std::vector<StepSample>, Error> step_response(config::RobotFile fi
     if (request.gains)
         if (auto set = set_gains(driven, *request.gains); !set)
             return std::unexpected(set.error());
-    const auto requests = plan(driven, request.to_rad);
+    const auto requests = plan(driven, move_to_position(driven, request.to_rad));
     if (!requests)
         return std::unexpected(requests.error());
     wait_for_tick(clock);

@@ -1,7 +1,7 @@
 #include "apps/cli/exit_codes.hpp"
-#include "apps/cli/forecast.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/present.hpp"
+#include "sinew/family/broadcast.hpp"
 #include "sinew/link/uri.hpp"
 #include "sinew/robot/guardian.hpp"
 
@@ -56,16 +56,16 @@ std::expected<std::string, Error> stop_one(Session& session, Device device, bool
 /// All devices of a line at once, where the family has a message for that.
 std::expected<std::string, Error> stop_line(Session& session, const Device& everybody)
 {
-    const bool is_sam = everybody.family->name == "sam";
-    const auto asked = broadcast_stop(everybody);
-    if (!asked)
-        return std::unexpected(asked.error());
+    const auto all = stop_of_all(*everybody.family);
+    if (!all)
+        return fail(Errc::unsupported,
+                    fmt::format("{} has no message that stops all devices of a line", everybody.family->name));
     const auto bus = session.bus_of(everybody);
     if (!bus)
         return std::unexpected(bus.error());
-    if (const auto sent = ask(**bus, *asked); !sent)
+    if (const auto sent = ask(**bus, all->request); !sent)
         return std::unexpected(sent.error());
-    return is_sam ? "told to brake (not acknowledged)" : "told to release (not acknowledged)";
+    return fmt::format("told to {} (not acknowledged)", to_word(all->mode));
 }
 
 /// Whether two links lead to the same port, whatever they say of it.

@@ -125,12 +125,7 @@ bool is_link(std::string_view word)
 
 std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate)
 {
-    const auto uri = link::parse_uri(link);
-    if (!uri || family.can || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
-        return link;
-    auto with = *uri;
-    with.options.emplace_back("baud", std::to_string(bit_rate != 0 ? bit_rate : family.default_bit_rate));
-    return link::to_string(with);
+    return link::with_bit_rate(link, bit_rate != 0 ? bit_rate : family.default_bit_rate);
 }
 
 std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file)

@@ -46,17 +46,13 @@ std::expected<double, Error> value_from(const Kind& kind, std::string_view word)
     return value;
 }
 
-actuator::Command command_for(const config::Joint* joint, const Turning& turning)
+actuator::Command command_for(const Turning& turning)
 {
-    const double direction = joint != nullptr ? joint->direction : 1.0;
-    const double ratio = joint != nullptr ? joint->ratio : 1.0;
     actuator::Command out{.mode = turning.mode};
-    if (turning.mode == actuator::Mode::velocity)
-        out.velocity_rad_s = turning.value * direction * ratio;
-    else if (turning.mode == actuator::Mode::current)
-        out.current_a = turning.value * direction;
-    else
-        out.torque_nm = turning.value * direction / ratio;
+    auto& value = turning.mode == actuator::Mode::velocity  ? out.velocity_rad_s
+                  : turning.mode == actuator::Mode::current ? out.current_a
+                                                            : out.torque_nm;
+    value = turning.value;
     return out;
 }
 
@@ -158,7 +154,7 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
 Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning)
 {
     const auto* joint = driven.device.joint;
-    const auto requests = driven.driver->plan(command_for(joint, turning), driven.state);
+    const auto requests = plan(driven, command_for(turning));
     if (!requests)
         return std::unexpected(requests.error());
     const TimePoint begin = session.clock().now();

@@ -107,6 +107,15 @@ std::expected<Uri, Error> parse_uri(std::string_view text)
     return uri;
 }
 
+std::string with_bit_rate(const std::string& link, std::uint32_t bit_rate)
+{
+    auto uri = parse_uri(link);
+    if (!uri || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
+        return link;
+    uri->options.emplace_back("baud", std::to_string(bit_rate));
+    return to_string(*uri);
+}
+
 std::string to_string(const Uri& uri)
 {
     std::string text = fmt::format("{}:{}{}", uri.scheme, uri.scheme == "tcp" ? "//" : "", uri.target);

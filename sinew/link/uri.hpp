@@ -28,6 +28,9 @@ struct Uri {
 /// `bad_uri` with what is wrong and how it is written.
 std::expected<Uri, Error> parse_uri(std::string_view text);
 
+/// The link with a bit rate where it leads to a serial port and says none; any other as it was.
+std::string with_bit_rate(const std::string& link, std::uint32_t bit_rate);
+
 /// The text again, options in the order they stood in.
 std::string to_string(const Uri& uri);
 

@@ -19,17 +19,6 @@ bool is_can(const link::AnyLink& link)
     return std::holds_alternative<std::unique_ptr<link::CanLink>>(link);
 }
 
-/// Serial ports need a rate; where the link says none it is that of the file, else the one of delivery.
-std::string with_bit_rate(std::string link, const config::Bus& bus, const Family& family)
-{
-    auto uri = link::parse_uri(link);
-    if (!uri || family.can || (uri->scheme != "serial" && uri->scheme != "rs485") || uri->option("baud"))
-        return link;
-    const auto rate = bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family.default_bit_rate;
-    uri->options.emplace_back("baud", std::to_string(rate));
-    return link::to_string(*uri);
-}
-
 } // namespace
 
 // ---- opening ----
@@ -45,7 +34,8 @@ std::expected<std::unique_ptr<bus::Bus>, Error> Core::open_bus(const config::Bus
                                                    : std::string{};
     if (uri.empty())
         return config::fail_at(file, bus.at, fmt::format("bus {} needs a link.", bus.name));
-    uri = with_bit_rate(std::move(uri), bus, family);
+    uri = link::with_bit_rate(uri,
+                              bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family.default_bit_rate);
     auto opened = links.open(uri, *clock);
     if (!opened)
         return std::unexpected(std::move(opened.error()));

@@ -250,7 +250,7 @@ TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)
         for (;;) {
             if (inside.guardian.stop_asked())
                 inside.guardian.stop_done();
-            ::usleep(100);
+            std::this_thread::yield();
         }
     });
     const auto guarded = guarded_programs();
@@ -302,7 +302,7 @@ TEST(GuardianTest, AGuardianThatWasKilledIsMissed)
     ::kill(guardian->process_id(), SIGKILL);
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
     while (guardian->is_alive() && std::chrono::steady_clock::now() < until)
-        ::usleep(1000);
+        std::this_thread::yield();
     EXPECT_FALSE(guardian->is_alive());
 }
 

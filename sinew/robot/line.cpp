@@ -1,8 +1,7 @@
 #include "sinew/robot/line.hpp"
 
-#include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/broadcast.hpp"
 #include "sinew/family/rmd/group.hpp"
-#include "sinew/wire/by_name.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -14,26 +13,6 @@ constexpr Duration between_full_readings = std::chrono::milliseconds{500};
 constexpr Duration between_reset_checks = std::chrono::seconds{1};
 constexpr std::size_t most_a_joint = 3 * wire::Requests::capacity;
 constexpr int last_of_group = 4;
-
-/// What takes all devices of a line at once to what the policy asks for, where the family has it.
-std::expected<wire::Request, Error> broadcast(const Joint& like, Mode policy)
-{
-    if (policy == Mode::brake && like.family().name == "sam") {
-        auto request = wire::make_request(like.family().broadcast_id, sam::QuickBrakeMode{});
-        if (request)
-            request->answered = false;
-        return request;
-    }
-    if (policy == Mode::release && like.family().name == "nuri") {
-        auto request = wire::make_request(line_of(like.device()), "set-control-on-off", like.family().broadcast_id,
-                                          {{{"control", static_cast<std::int64_t>(nuri::Control::off)}}},
-                                          options_of(like.device()), {});
-        if (request)
-            request->answered = false;
-        return request;
-    }
-    return fail(Errc::unsupported, {});
-}
 
 } // namespace
 
@@ -198,9 +177,8 @@ void Line::prepare_stop()
     const bool alike =
         std::ranges::all_of(joints_, [&](const Joint* j) { return j->policy() == joints_.front()->policy(); });
     if (alike && !joints_.empty())
-        if (const auto all = broadcast(*joints_.front(), joints_.front()->policy())) {
-            stop_requests_.push_back(*all);
-        }
+        if (const auto all = stop_of_all(joints_.front()->family()); all && all->mode == joints_.front()->policy())
+            stop_requests_.push_back(all->request);
     for (Joint* joint : joints_)
         if (const auto requests = joint->plan_policy(*joint->stopper_, is_lost()))
             for (const auto& request : requests->all())

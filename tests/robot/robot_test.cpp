@@ -212,44 +212,8 @@ TEST(Robot, EveryJointComesHome)
     EXPECT_EQ(rig.robot->incidents().size(), 9U) << "four Nuri, and five RMD that may stand in another turn";
 }
 
-TEST(Robot, AJointFindsItsReferenceAtAStop)
-{
-    const auto text = [](std::string_view plant) {
-        return file_of(fmt::format(R"(
+constexpr std::string_view waist_with_a_stop = R"(
 version = 1
-[bus.n]
-family = "nuri"
-bit_rate = 115200
-[joint.waist]
-bus = "n"
-id = 1
-position_min_deg = -30
-position_max_deg = 90
-velocity_max_deg_s = 60
-[joint.waist.home]
-routine = "stop"
-direction = -1
-position_deg = -35
-velocity_deg_s = 20
-{})",
-                                   plant));
-    };
-    Rig rig(text("[joint.waist.plant]\nstop_min_deg = -70\n"), text(""));
-    rig.enable();
-    EXPECT_FALSE(rig.robot->find("waist")->referenced());
-    ASSERT_EQ(said(rig.robot->home("waist")), "");
-    EXPECT_TRUE(rig.robot->find("waist")->referenced());
-    // The stop is at -70 of the device and at -35 of the joint.
-    EXPECT_NEAR(units::deg(rig.simulator->world().look("waist")->position_rad), -35.0, 1.0);
-    EXPECT_NEAR(units::deg(*rig.robot->state("waist")->position_rad), 0.0, 0.6);
-}
-
-TEST(Robot, AJointFindsItsReferenceAlthoughItsCommandsTimeOut)
-{
-    constexpr std::string_view text = R"(
-version = 1
-[safety]
-command_timeout_s = 0.2
 [bus.n]
 family = "nuri"
 bit_rate = 115200
@@ -265,7 +229,29 @@ direction = -1
 position_deg = -35
 velocity_deg_s = 20
 )";
-    Rig rig(file_of(std::string(text) + "[joint.waist.plant]\nstop_min_deg = -70\n"), file_of(text));
+
+/// A waist whose stop is at -70 degrees of the device, which only the simulator knows, and what the host knows more.
+Rig rig_with_a_stop(std::string_view host = "")
+{
+    return {file_of(std::string(waist_with_a_stop) + "[joint.waist.plant]\nstop_min_deg = -70\n"),
+            file_of(std::string(waist_with_a_stop) + std::string(host))};
+}
+
+TEST(Robot, AJointFindsItsReferenceAtAStop)
+{
+    auto rig = rig_with_a_stop();
+    rig.enable();
+    EXPECT_FALSE(rig.robot->find("waist")->referenced());
+    ASSERT_EQ(said(rig.robot->home("waist")), "");
+    EXPECT_TRUE(rig.robot->find("waist")->referenced());
+    // The stop is at -70 of the device and at -35 of the joint.
+    EXPECT_NEAR(units::deg(rig.simulator->world().look("waist")->position_rad), -35.0, 1.0);
+    EXPECT_NEAR(units::deg(*rig.robot->state("waist")->position_rad), 0.0, 0.6);
+}
+
+TEST(Robot, AJointFindsItsReferenceAlthoughItsCommandsTimeOut)
+{
+    auto rig = rig_with_a_stop("[safety]\ncommand_timeout_s = 0.2\n");
     rig.enable();
     ASSERT_EQ(said(rig.robot->home("waist")), "");
     EXPECT_NEAR(units::deg(rig.simulator->world().look("waist")->position_rad), -35.0, 1.0)

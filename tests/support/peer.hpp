@@ -35,6 +35,8 @@ public:
         ::cfmakeraw(&raw);
         ::tcsetattr(master, TCSANOW, &raw);
         peer.child_ = ::fork();
+        if (peer.child_ == 0 && ::open(peer.device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC) < 0)
+            ::_exit(1); // held open, so that a read waits for bytes also while nobody else has the line
         if (peer.child_ == 0)
             answer_bytes(master, request_size, reply, after);
         peer.held_ = master;
@@ -85,12 +87,10 @@ private:
         std::array<std::uint8_t, 256> heard;
         for (std::size_t count = 0;;) {
             const ssize_t got = ::read(fd, heard.data(), heard.size());
-            if (got <= 0) {
-                ::usleep(1000); // nobody has opened it yet
-                continue;
-            }
+            if (got <= 0)
+                ::_exit(1);
             for (count += static_cast<std::size_t>(got); count >= request_size; count -= request_size) {
-                if (after > Duration{}) {
+                if (after > Duration{}) { // the time that the device itself takes
                     const timespec t{.tv_sec = 0, .tv_nsec = after.count()};
                     ::nanosleep(&t, nullptr);
                 }
