@@ -195,7 +195,10 @@ Outcome run(const Words& words)
         return std::unexpected(on.error());
     Reporter reporter(words, robot);
     robot::PlayOptions options{.speed = *speed};
-    options.each = [&](const robot::SequencePlayer& player) { reporter.show(player); };
+    options.each = [&](const robot::SequencePlayer& player) {
+        (*session)->tell_incidents();
+        reporter.show(player);
+    };
     options.stop_asked = [&] { return reporter.stop_asked(); };
     const auto played = robot::play(robot, *sequence, options);
     (*session)->tell_incidents();

@@ -151,6 +151,7 @@ std::expected<void, Error> Core::look_at(Line& line)
 
 std::expected<void, Error> Core::cycle()
 {
+    ask_for_real_time();
     if (stop_asked_.load() && enabled)
         return stop_for({.code = Errc::stopped});
     if (auto fine = heed_the_guardian(); !fine)
@@ -174,6 +175,7 @@ std::expected<void, Error> Core::cycle()
 std::expected<void, Error> Core::run(Duration period, const std::function<bool()>& each, TimePoint until)
 {
     constexpr std::size_t most_handles = 32;
+    ask_for_real_time();
     TimePoint next = clock->now();
     leaving = false;
     for (auto& line : lines)

@@ -53,6 +53,8 @@ private:
     std::expected<void, Error> look_at(Line& line);
     void exchange_lines();
     std::unexpected<Error> stop_for(Error why);
+    /// Once for every thread that drives.
+    void ask_for_real_time(); // real_time.cpp
     // stop.cpp
     void send_stop();
     void verify(std::vector<Stopped>& outcomes);
@@ -67,6 +69,7 @@ private:
     void rest();
 
     std::atomic<bool> stop_asked_{false};
+    std::uint64_t driver_ = 0; ///< the thread that asked last
     Guardian* guardian_ = nullptr;
     std::vector<std::string> uris_;                   ///< of the lines
     std::vector<std::optional<std::uint64_t>> known_; ///< losses of each line when its guardian got the descriptor

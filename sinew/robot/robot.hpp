@@ -53,6 +53,11 @@ std::string_view to_word(Stopped::Outcome outcome);
 /// only `request_stop` may be called from any thread and from a signal handler. In the steady state a cycle uses no
 /// heap and no system call but those of its buses.
 ///
+/// **Real time.** Before its first cycle a thread gets what `[bus.NAME.realtime]` of the file asks for
+/// (`bus/real_time.hpp`): the highest priority and the first processor of any bus, for it drives them all. Each refusal
+/// is an incident and stops nothing. In virtual time nothing is asked for. Threads that it starts later inherit
+/// priority and processor.
+///
 /// **Safety.** What is beyond a limit is refused and never sent. Every cycle looks at what was measured: at a limit a
 /// joint holds; without commands it does what `[safety]` says (`command_timeout_s`); a fault, a joint that falls silent
 /// or a lost link stops the robot by the policy of the file, and every later cycle only reads and returns that error

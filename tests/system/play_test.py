@@ -156,6 +156,15 @@ class Play(Files):
         finally:
             self.assertEqual(sim.close(), 0)
 
+    def test_what_the_system_refuses_of_realtime_is_said_and_stops_nothing(self):
+        self.arm = self.write(ARM.replace("bit_rate = 1500000", "bit_rate = 1500000\nrealtime = {processor = 99999}"))
+        sim = Simulator(self.arm, buses=1)
+        try:
+            done = sinew("play", "flat", *sim.robot, "--yes")
+            self.assertIn("sinew: bus left: the thread is not bound to processor 99999: there is none such", done.stderr)
+        finally:
+            self.assertEqual(sim.close(), 0)
+
 
 class Teach(Files):
     def test_a_new_pose_comes_into_the_file_and_can_be_played(self):
