@@ -53,7 +53,8 @@ std::expected<wire::Request, Error> request(const Device& device, const wire::Me
 std::expected<wire::Values, Error> reply_values(const wire::Request& asked, const wire::Frame& reply);
 
 // The options that name a device, for the rows of the verbs.
-inline constexpr Option robot_option{"--robot", "FILE", "the robot file that has the joint (or SINEW_ROBOT)"};
+inline constexpr Option robot_option{"--robot", "FILE",
+                                     "the robot file that has the joint, or a recording of it (or SINEW_ROBOT)"};
 inline constexpr Option link_option{"--link", "BUS=LINK", "another link for a bus of the robot file", true};
 inline constexpr Option sim_option{"--sim", "", "simulate the robot file in this command; no device is touched"};
 inline constexpr Option family_option{"--family", "F", "sam, nuri or rmd"};

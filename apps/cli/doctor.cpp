@@ -2,6 +2,7 @@
 
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
 #include "apps/cli/terminal.hpp"
 
@@ -60,6 +61,10 @@ std::expected<std::vector<Subject>, Error> subject_of_link(const Words& words, s
 std::expected<std::vector<Subject>, Error> subjects(const Words& words)
 {
     const auto what = words.text("WHAT");
+    if (what && is_recording(*what))
+        return fail(Errc::bad_argument, fmt::format("{} is a recording, whose wires cannot be asked anything new; "
+                                                    "sinew replay {} --errors shows what went wrong on them",
+                                                    *what, *what));
     const bool is_robot = what && what->ends_with(".toml") && what->find(':') == std::string::npos;
     if (what && !is_robot && is_link(*what))
         return subject_of_link(words, *what);

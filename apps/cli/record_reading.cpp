@@ -2,13 +2,13 @@
 
 #include "apps/cli/bus_target.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "sinew/record/recorder.hpp"
 #include "sinew/record/tap.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
 
 namespace sinew::cli {
 namespace {
@@ -251,6 +251,15 @@ Outcome record_reading(const Words& words, const std::string& path, std::optiona
     auto devices = devices_from(words);
     if (!devices)
         return std::unexpected(devices.error());
+    std::expected<std::string, Error> robot;
+    if (const auto& file = devices->front().file) {
+        std::error_code none;
+        if (std::filesystem::equivalent(path, file->path, none))
+            return fail(Errc::bad_argument, fmt::format("{} is what is read; name another file to record into", path));
+        robot = robot_text_at(file->path);
+        if (!robot)
+            return std::unexpected(robot.error());
+    }
     Session session;
     // Opened before the file is made: a link that is not there leaves an older recording as it was.
     for (const auto& device : *devices)
@@ -260,12 +269,11 @@ Outcome record_reading(const Words& words, const std::string& path, std::optiona
     auto recorder = Recorder::create(path, {.zero = zero});
     if (!recorder)
         return std::unexpected(recorder.error());
-    if (const auto& file = devices->front().file) {
-        std::ifstream in(file->path, std::ios::binary);
-        if (auto kept = (*recorder)->attach("robot.toml", "application/toml", {std::istreambuf_iterator<char>(in), {}});
+    if (!robot->empty())
+        if (auto kept =
+                (*recorder)->attach(std::string(record::robot_attachment), "application/toml", std::move(*robot));
             !kept)
             return std::unexpected(kept.error());
-    }
     Recording recording(session, **recorder, period->value_or(Duration{}));
     for (auto& device : *devices)
         if (auto added = recording.add(std::move(device)); !added)

@@ -2,6 +2,7 @@
 
 #include "apps/cli/device.hpp"
 #include "apps/cli/interrupt.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
 
 #include <algorithm>
@@ -48,6 +49,10 @@ std::expected<config::RobotFile, Error> robot_file(const Words& words)
     const auto path = robot_path(words);
     if (!path)
         return fail(Errc::bad_argument, "which robot? Name its file with --robot FILE or in SINEW_ROBOT");
+    if (is_recording(*path))
+        return fail(Errc::bad_argument, fmt::format("{} is a recording, and what was recorded cannot be moved; name a "
+                                                    "robot file",
+                                                    *path));
     return config::read_robot_file(*path);
 }
 

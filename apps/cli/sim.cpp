@@ -1,5 +1,6 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
 #include "apps/cli/sim_control.hpp"
 #include "apps/cli/sim_flash.hpp"
@@ -72,7 +73,7 @@ Outcome run(const Words& words)
     const auto path = robot_file(words);
     if (!path)
         return std::unexpected(path.error());
-    const auto file = config::read_robot_file(*path);
+    const auto file = robot_file_at(*path);
     if (!file)
         return std::unexpected(file.error());
     const auto links = given_links(words, *file);

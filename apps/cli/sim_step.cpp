@@ -1,6 +1,7 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/plot.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/step_response.hpp"
 #include "apps/cli/verb.hpp"
 #include "sinew/base/bytes.hpp"
@@ -22,7 +23,7 @@ constexpr std::int64_t gain_most = 254; // of a SAM
 std::expected<config::RobotFile, Error> robot(const Words& words)
 {
     if (const auto given = words.text("ROBOT"))
-        return config::read_robot_file(*given);
+        return robot_file_at(*given);
     if (std::filesystem::exists(demo))
         return config::read_robot_file(demo);
     return fail(Errc::bad_argument, fmt::format("which robot? Name its file, such as sinew sim step {}", demo));

@@ -4,14 +4,13 @@
 #include "apps/cli/flash_ledger.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/new_file.hpp"
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/bytes.hpp"
 #include "sinew/link/adapter.hpp"
 
 #include <deque>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
 #include <sys/utsname.h>
 
 namespace sinew::cli {
@@ -127,12 +126,6 @@ Json host_json()
     return Json::object({{"system", name.sysname}, {"release", name.release}, {"machine", name.machine}});
 }
 
-std::string text_of(const std::string& path)
-{
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>{stream}, {}};
-}
-
 std::string what_is_private(const Words& words, const std::string& path)
 {
     std::string out = fmt::format("{} will have the versions of sinew and of the system, the links, the settings and "
@@ -179,7 +172,7 @@ Outcome run(const Words& words)
     Json out = Json::object({{"snapshot", 1}, {"sinew", SINEW_VERSION}, {"host", host_json()}});
     const auto& robot = devices->front().file;
     if (robot && with_private)
-        out.set("robot_file", text_of(robot->path));
+        out.set("robot_file", robot_text_at(robot->path).value_or(""));
     out.set("buses", std::move(buses));
     out.set("devices", std::move(all));
     if (auto written = file->write(out.pretty() + "\n"); !written)

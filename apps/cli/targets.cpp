@@ -1,4 +1,5 @@
 // What TARGET and the options name: the half of session.hpp that opens nothing.
+#include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
 #include "sinew/base/bytes.hpp"
 
@@ -16,7 +17,7 @@ constexpr std::string_view how_to_name_a_device =
 
 std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const std::string& path)
 {
-    auto file = config::read_robot_file(path);
+    auto file = robot_file_at(path);
     if (!file)
         return std::unexpected(file.error());
     return std::make_shared<const config::RobotFile>(std::move(*file));
@@ -96,6 +97,9 @@ std::expected<void, Error> give_links(const Words& words, std::vector<Device>& d
                     "--sim takes every bus from the simulator, and --link from elsewhere; give one");
     for (auto& device : devices) {
         if (words.has("--sim")) {
+            if (is_recording(device.file->path))
+                return fail(Errc::bad_argument,
+                            fmt::format("--sim needs a robot file, and {} is a recording", device.file->path));
             device.link = fmt::format("sim:{}#{}", device.file->path, device.joint->bus.value);
             continue;
         }

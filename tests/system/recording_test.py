@@ -238,6 +238,26 @@ class Record(InFolder):
         self.refused(["get", f"replay:{self.run_file}#arm", "precise-position", "--family", "sam", "--id", "1"], 3, "it has left")
         self.refused(["get", f"replay:{DEMO}#left", "precise-position", "--family", "sam", "--id", "1"], 9)
 
+    def test_a_recording_stands_for_the_robot_file_of_all_its_buses(self):
+        replayed = ["--robot", self.run_file]
+        lines = [json.loads(line) for line in sinew("watch", *replayed, "--for", "100ms", "--json").stdout.splitlines()]
+        self.assertEqual(len(lines), 16)
+        self.assertEqual([one for one in lines if "error" in one], [])
+        told = as_json("record", self.path("again.mcap"), *replayed, "--for", "20ms")
+        self.assertEqual((told["joints"], told["losses"]), (16, 0))
+        with open(DEMO) as demo:
+            self.assertEqual(mcap.read(self.path("again.mcap"))["attachments"][0]["text"], demo.read())
+        got = as_json("get", "elbow", "precise-position", *replayed)
+        self.assertIn("precise-position", json.dumps(got))
+        self.assertEqual(as_json("plan", self.run_file), as_json("plan", DEMO))
+        self.refused(["record", self.run_file, *replayed, "--for", "20ms"], 2, "name another file")
+        self.refused(["doctor", self.run_file], 2, "replay", "--errors")
+        self.refused(["watch", *replayed, "--sim", "--for", "20ms"], 2, "is a recording")
+        self.refused(["play", "wave", *replayed, "--yes"], 2, "cannot be moved")
+        legs = self.path("legs.mcap")
+        sinew("record", legs, f"sim:{DEMO}#legs", "--family", "rmd", "--id", "2", "--for", "10ms")
+        self.refused(["watch", "--robot", legs, "--for", "20ms"], 9, "keeps no robot file")
+
     def test_what_is_no_recording_is_one_sentence(self):
         for words in (["replay"], ["plot"], ["export", "--to", "candump"], ["export", "--to", "pcapng"], ["export"]):
             self.refused([*words, DEMO], 9, "no MCAP file", "sinew import")
