@@ -1,5 +1,7 @@
 #include "apps/cli/listener.hpp"
 
+#include "sinew/link/can_error.hpp"
+
 #include <algorithm>
 #include <fmt/format.h>
 #include <utility>
@@ -81,7 +83,7 @@ void Listener::hear_can(Line& line, const Captured& captured, Heard& heard, cons
         use(heard);
     };
     if (captured.kind == Captured::Kind::can_error)
-        return refuse(fmt::format("the CAN controller reports an error of class 0x{:X}", captured.frame.can_id));
+        return refuse(link::can_error_sentence(captured.frame));
     if (captured.kind == Captured::Kind::can_remote)
         return refuse("a remote request; no family uses those");
     if (captured.extended)

@@ -1,6 +1,8 @@
 #include "apps/cli/screen.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/link/can_error.hpp"
+#include "sinew/record/candump.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -23,10 +25,20 @@ std::string_view to_word(Heard::Side side)
     return words[static_cast<std::size_t>(side)];
 }
 
+Json words_of_error(const wire::Frame& error)
+{
+    Json out = Json::array();
+    for (const auto& word : link::can_error_words(error))
+        out.add(word);
+    return out;
+}
+
 std::string bytes_text(const Heard& heard)
 {
     const auto& one = heard.decoded;
     const auto hex = to_hex(one.bytes);
+    if (heard.kind == Captured::Kind::can_error)
+        return record::can_text({.kind = heard.kind, .frame = one.frame});
     return heard.kind == Captured::Kind::bytes ? hex : fmt::format("{:03X}#{}", one.frame.can_id, hex);
 }
 
@@ -133,6 +145,8 @@ Json Screen::to_json(const Heard& heard) const
          {"bytes", to_hex(one.bytes)}});
     if (heard.kind != Captured::Kind::bytes)
         out.set("can_id", one.frame.can_id);
+    if (heard.kind == Captured::Kind::can_error)
+        out.set("can_error", words_of_error(one.frame));
     if (!one.readings.empty()) {
         const auto& reading = one.readings.front();
         out.set("message", reading.message->name());

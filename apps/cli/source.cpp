@@ -1,10 +1,12 @@
 #include "apps/cli/source.hpp"
 
 #include "apps/cli/sim_control.hpp"
+#include "sinew/link/socketcan.hpp"
 #include "sinew/record/pcapng.hpp"
 #include "sinew/record/tap.hpp"
 
 #include <array>
+#include <deque>
 #include <sys/socket.h>
 
 namespace sinew::cli {
@@ -35,6 +37,11 @@ public:
         : session_(std::move(session)), link_(std::move(link)), name_(std::move(name)),
           zero_(record::time_of_day_zero(session_->clock()))
     {
+        if (auto* can = std::get_if<std::unique_ptr<link::CanLink>>(&link_))
+            if (auto* socket = dynamic_cast<link::SocketCanLink*>(can->get()))
+                socket->set_error_tap([this](const wire::Frame& error, TimePoint at) {
+                    heard_.push_back(captured(Captured::Kind::can_error, error, at));
+                });
     }
 
     std::expected<std::optional<Captured>, Error> next(Duration patience) override
@@ -61,20 +68,38 @@ private:
                             .bus = name_,
                             .bytes = {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got->count)}};
         }
+        if (!heard_.empty())
+            return take();
         wire::Frame frame;
-        const auto got = std::get<std::unique_ptr<link::CanLink>>(link_)->read({&frame, 1});
-        if (!got)
+        auto& can = std::get<std::unique_ptr<link::CanLink>>(link_);
+        const auto got = can->read({&frame, 1});
+        // Bus-off is among the error frames, and the link lives on.
+        if (!got && (heard_.empty() || !can->state().open))
             return std::unexpected(got.error());
-        if (got->count == 0)
+        if (got && got->count != 0)
+            heard_.push_back(captured(Captured::Kind::can, frame, got->at));
+        return take();
+    }
+
+    Captured captured(Captured::Kind kind, const wire::Frame& frame, TimePoint at) const
+    {
+        return {.at = zero_ + at.time_since_epoch(), .bus = name_, .kind = kind, .frame = frame};
+    }
+
+    std::optional<Captured> take()
+    {
+        if (heard_.empty())
             return std::nullopt;
-        return Captured{
-            .at = zero_ + got->at.time_since_epoch(), .bus = name_, .kind = Captured::Kind::can, .frame = frame};
+        std::optional<Captured> oldest = std::move(heard_.front());
+        heard_.pop_front();
+        return oldest;
     }
 
     std::unique_ptr<Session> session_; // goes after its link
     link::AnyLink link_;
     std::string name_;
     record::Time zero_;
+    std::deque<Captured> heard_; // of CAN: error frames, and the frame that came behind them
 };
 
 /// A bus of a simulator that runs elsewhere on this machine.

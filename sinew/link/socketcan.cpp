@@ -69,6 +69,13 @@ can_frame to_can_frame(const wire::Frame& frame)
     return out;
 }
 
+wire::Frame to_frame(const can_frame& frame, std::uint32_t mask)
+{
+    wire::Frame out{.can_id = frame.can_id & mask, .size = std::min<std::uint8_t>(frame.len, CAN_MAX_DLEN)};
+    std::copy_n(frame.data, out.size, out.data.begin());
+    return out;
+}
+
 } // namespace
 
 std::expected<std::unique_ptr<SocketCanLink>, Error> SocketCanLink::open(const SocketCanOptions& options,
@@ -209,10 +216,9 @@ std::expected<Arrival, Error> SocketCanLink::read(std::span<wire::Frame> into)
         if (is_confirmation) {
             retry_at_ = TimePoint{};
         } else if ((heard.frame.can_id & CAN_ERR_FLAG) == 0) {
-            into[0] = {.can_id = heard.frame.can_id & CAN_SFF_MASK, .size = std::min<std::uint8_t>(heard.frame.len, 8)};
-            std::copy_n(heard.frame.data, into[0].size, into[0].data.begin());
+            into[0] = to_frame(heard.frame, CAN_SFF_MASK);
             return Arrival{.count = 1, .at = heard.at, .more = true};
-        } else if (note_error(heard.frame)) {
+        } else if (note_error(heard.frame, heard.at)) {
             return fail(Errc::link_failed,
                         fmt::format("{0} is bus-off: its controller saw too many errors and fell silent. Check bit "
                                     "rate, termination and wiring; {1}",
@@ -265,8 +271,10 @@ TimePoint SocketCanLink::arrival_of(const msghdr& message, TimePoint now, Durati
 }
 
 /// True for a bus-off.
-bool SocketCanLink::note_error(const can_frame& frame)
+bool SocketCanLink::note_error(const can_frame& frame, TimePoint at)
 {
+    if (error_tap_)
+        error_tap_(to_frame(frame, CAN_ERR_MASK), at);
     const std::uint32_t kind = frame.can_id;
     ++counters_.error_frames;
     counters_.restarts += (kind & CAN_ERR_RESTARTED) != 0 ? 1 : 0;

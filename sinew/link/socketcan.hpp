@@ -6,6 +6,7 @@
 #include "sinew/link/link.hpp"
 #include "sinew/link/uri.hpp"
 
+#include <functional>
 #include <linux/can.h>
 #include <sys/socket.h>
 #include <time.h>
@@ -26,8 +27,9 @@ struct SocketCanOptions {
 /// fill the queue of the interface (txqueuelen, 10 as a rule) against others, and the descriptor wakes for room. When
 /// others have filled it (ENOBUFS), `write` takes nothing until a frame of ours has gone out, or `retry_after`.
 ///
-/// Error frames are counted and never returned. Bus-off makes the next `read` fail, once, with `link_failed`; the link
-/// stays open, for the interface may restart. When the interface goes down or is removed the link is lost at once.
+/// Error frames are counted, shown to whoever asks (`set_error_tap`) and never returned. Bus-off makes the next `read`
+/// fail, once, with `link_failed`; the link stays open, for the interface may restart. When the interface goes down or
+/// is removed the link is lost at once.
 class SocketCanLink final : public CanLink
 {
 public:
@@ -59,6 +61,11 @@ public:
 
     std::size_t spell(const wire::Frame& frame, std::span<std::uint8_t, longest_spelling> into) const override;
 
+    /// Shows every error frame, as soon as `read` comes to it, with the time at which the kernel got it:
+    /// `can_error.hpp` says what it means. An empty function: nobody is shown any.
+    using ErrorTap = std::function<void(const wire::Frame& error, TimePoint at)>;
+    void set_error_tap(ErrorTap tap) { error_tap_ = std::move(tap); }
+
     Counters counters() const; ///< asks the kernel for `lost`
     const std::string& interface() const { return interface_; }
 
@@ -72,7 +79,7 @@ private:
     std::expected<void, Error> settle(const SocketCanOptions& options, const CanInterface& interface);
     std::expected<std::size_t, Error> receive();
     TimePoint arrival_of(const msghdr& message, TimePoint now, Duration real_now) const;
-    bool note_error(const can_frame& frame);
+    bool note_error(const can_frame& frame, TimePoint at);
     void set_full(bool full);
     std::unexpected<Error> hang_up(int problem);
     std::unexpected<Error> lost() const;
@@ -92,6 +99,7 @@ private:
     std::uint32_t restart_ms_;
     int lost_by_ = 0; ///< errno
     Counters counters_;
+    ErrorTap error_tap_;
 
     std::array<Heard, batch> heard_{};
     std::array<mmsghdr, batch> messages_{};

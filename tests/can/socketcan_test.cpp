@@ -127,6 +127,12 @@ TEST_F(SocketCan, AWallClockThatIsSetMeanwhileDoesNotThrowTheTimeOff)
 TEST_F(SocketCan, ErrorFramesAreCountedAndNoReplies)
 {
     PlainSocket controller("vcan7");
+    std::vector<std::uint32_t> shown;
+    one->set_error_tap([&](const wire::Frame& error, TimePoint at) {
+        shown.push_back(error.can_id);
+        EXPECT_LE(at, clock.now());
+        EXPECT_EQ(error.data[1], error.can_id == CAN_ERR_CRTL ? CAN_ERR_CRTL_RX_OVERFLOW : 0);
+    });
     controller.send(CAN_ERR_FLAG | CAN_ERR_ACK);
     controller.send(CAN_ERR_FLAG | CAN_ERR_PROT | CAN_ERR_BUSERROR);
     controller.send(CAN_ERR_FLAG | CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW});
@@ -142,6 +148,8 @@ TEST_F(SocketCan, ErrorFramesAreCountedAndNoReplies)
     EXPECT_EQ(counters.overruns, 1u);
     EXPECT_EQ(counters.restarts, 1u);
     EXPECT_EQ(counters.bus_offs, 0u);
+    EXPECT_EQ(shown, (std::vector<std::uint32_t>{CAN_ERR_ACK, CAN_ERR_PROT | CAN_ERR_BUSERROR, CAN_ERR_CRTL,
+                                                 CAN_ERR_RESTARTED}));
 }
 
 TEST_F(SocketCan, BusOffIsToldOnceAndTheLinkLivesOn)

@@ -3,6 +3,7 @@ import fcntl
 import json
 import math
 import os
+import select
 import signal
 import struct
 import subprocess
@@ -120,6 +121,60 @@ class Command(OnCan):
             answer = bus.recv(timeout=PATIENCE)
         self.assertEqual((answer.arbitration_id, answer.data[0]), (0x141, 0x9A))
         self.assertEqual(int.from_bytes(answer.data[3:5], "little"), 240)  # 24 V in 0.1 V
+
+
+class ErrorFrames(OnCan):
+    """What the controller says of the bus, in front of `sinew sniff`."""
+    SENT = ("20000004#0030000000000000", "20000020#0000000000000000", "20000040#0000000000000000",
+            "20000088#0000840000000000")
+
+    def sniff(self, *words):
+        """What it shows of the error frames and of one motor's frame after them. Told to end by count."""
+        sniff = self.start(SINEW, "sniff", "can:vcan1", "--count", str(len(self.SENT) + 3), *words)
+        lines = []
+        while not lines:  # until it listens
+            run("cansend", "vcan1", "7FF#")
+            lines = self.lines_of(sniff, 1, 0.2)
+        for frame in self.SENT:
+            run("cansend", "vcan1", frame)
+        run("cansend", "vcan1", "141#9A00000000000000")
+        lines += list(sniff.stdout)
+        self.assertEqual(sniff.wait(PATIENCE), 0)
+        return lines
+
+    def lines_of(self, child, count, within):
+        ready, _, _ = select.select([child.stdout], [], [], within)
+        return [child.stdout.readline() for _ in range(count)] if ready else []
+
+    def test_sniff_says_what_each_means_and_goes_on_after_bus_off(self):
+        text = "".join(self.sniff())
+        for expected in ("20000004#0030000000000000  error: the CAN controller reports: error passive, for it receives",
+                         "20000020#0000000000000000  error: the CAN controller reports: nobody on the bus acknowledged",
+                         "20000040#0000000000000000  error: the CAN controller reports: bus-off: it saw too many errors",
+                         "20000088#0000840000000000  error: the CAN controller reports: more equal bits",
+                         "read-status1 to id 1"):
+            self.assertIn(expected, text)
+
+    def test_json_has_a_word_for_each(self):
+        rows = [json.loads(line) for line in self.sniff("--json")]
+        self.assertEqual([row["can_error"] for row in rows if "can_error" in row],
+                         [["error-passive-receiving", "error-passive-sending"], ["no-acknowledgement"], ["bus-off"],
+                          ["stuff-error", "while-sending", "bus-error"]])
+        self.assertEqual([row["can_id"] for row in rows if "can_error" in row], [0x004, 0x020, 0x040, 0x088])
+        self.assertTrue(all(a["unix_s"] <= b["unix_s"] for a, b in zip(rows, rows[1:])), rows)
+
+    def test_recordings_keep_them_for_other_tools(self):
+        for ending in (".log", ".pcapng", ".mcap"):
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "run" + ending)
+                self.sniff("--write", path)
+                again = [json.loads(line) for line in sinew("sniff", "--replay", path, "--json").stdout.splitlines()]
+                self.assertEqual([row["can_error"][0] for row in again if "can_error" in row],
+                                 ["error-passive-receiving", "no-acknowledgement", "bus-off", "stuff-error"], ending)
+                if ending == ".log":
+                    with open(path, encoding="utf-8") as file:
+                        kept = [line.split()[2] for line in file]
+                    self.assertEqual([word for word in kept if word.startswith("2000")], list(self.SENT))
 
 
 class Trouble(OnCan):
