@@ -91,10 +91,16 @@ void Bus::request_stop() noexcept
     [[maybe_unused]] const auto written = ::write(stop_event_, &one, sizeof one);
 }
 
-void Bus::clear_stop() noexcept
+/// A stop that was asked for would end every wait.
+void Bus::end_wake() noexcept
 {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto got = ::read(stop_event_, &count, sizeof count);
+}
+
+void Bus::clear_stop() noexcept
+{
+    end_wake();
     stop_begun_ = false;
     stop_.store(false);
 }
@@ -109,13 +115,15 @@ void Bus::stop()
 /// A frame that has begun is finished before: half a frame would garble the stop.
 void Bus::obey_stop()
 {
+    if (!stop_begun_)
+        end_wake();
+    if (written_ > 0)
+        return;
     if (stop_begun_) {
         if (!conversation_.stopping())
             conversation_.abandon({.code = Errc::stopped}, clock_.now());
         return;
     }
-    std::uint64_t count = 0;
-    [[maybe_unused]] const auto got = ::read(stop_event_, &count, sizeof count); // or it would end every wait
     stop_begun_ = true;
     conversation_.begin_stop(stop_requests_, stop_results_);
 }
@@ -252,7 +260,7 @@ bool Bus::work()
         return true;
     TimePoint now = clock_.now();
     for (;;) {
-        if (stop_.load(std::memory_order_relaxed) && written_ == 0 && !trouble_.lost) [[unlikely]]
+        if (stop_.load(std::memory_order_relaxed) && !trouble_.lost) [[unlikely]]
             obey_stop();
         if (trouble_.lost) [[unlikely]] {
             ended_by_loss_ = ended_by_loss_ || conversation_.busy();

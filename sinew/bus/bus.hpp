@@ -125,8 +125,11 @@ public:
     /// Reads, writes and moves on as far as it goes without waiting. True when the exchange has ended.
     bool work();
     TimePoint deadline() const { return deadline_; }
-    /// A stop was asked for and `work` has not seen it yet.
-    bool has_news() const { return stop_.load(std::memory_order_relaxed) && !stop_begun_ && !trouble_.lost; }
+    /// A stop was asked for that `work` can obey and has not yet: a frame that has begun is finished before.
+    bool has_news() const
+    {
+        return stop_.load(std::memory_order_relaxed) && !stop_begun_ && !trouble_.lost && written_ == 0;
+    }
     /// What a wait has to look at: the link, and the stop.
     std::span<const link::Handle> handles();
 
@@ -151,6 +154,7 @@ private:
     std::size_t take_note(const wire::Frame& frame, std::size_t count);
     bool note_written(const std::expected<std::size_t, Error>& wrote, const wire::Frame& first, TimePoint& now);
     void obey_stop();
+    void end_wake() noexcept;
     void end_with(const Error& error);
     void try_to_reopen();
     std::expected<void, Error> adopt(link::AnyLink link);

@@ -215,9 +215,10 @@ void Joint::hold_here(TimePoint at)
 /// The command is over: what the policy says.
 void Joint::end(TimePoint at)
 {
-    if (policy_ == Mode::hold)
+    const Mode mode = stopping(false);
+    if (mode == Mode::hold)
         return hold_here(at);
-    take({.mode = policy_}, at);
+    take({.mode = mode}, at);
 }
 
 /// From the measured position, with torque.
@@ -290,8 +291,10 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     const auto& measured = command.mode == Mode::hold ? held_.position_rad : raw_.position_rad;
     if (is_position)
         guard_.sent(*command.position_rad, at);
-    else if (measured)
+    else if (measured && command.mode == Mode::hold)
         guard_.sent(mounting_.to_joint(*measured), at);
+    else if (measured)
+        guard_.follow(mounting_.to_joint(*measured), at);
     return requests;
 }
 
@@ -301,11 +304,18 @@ Mode Joint::policy() const
     return command_.mode == Mode::release ? Mode::release : policy_;
 }
 
+Mode Joint::stopping(bool lost) const
+{
+    // To hold where it was measured would be a leap back at full torque; a brake asks for no position. A device that is
+    // too hot for a position lets its shaft coast (SAM, L714), and would leap to it as soon as it has cooled.
+    const bool is_hot = raw_.faults && raw_.faults->has(actuator::Fault::over_temperature);
+    const bool cannot_hold = holds_a_position_ && (lost || is_hot);
+    return policy() == Mode::hold && cannot_hold && can_.brake ? Mode::brake : policy();
+}
+
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool lost) const
 {
-    // To hold where it was measured would be a leap back at full torque; a brake asks for no position.
-    const bool would_leap = lost && holds_a_position_ && policy() == Mode::hold && can_.brake;
-    return driver.plan({.mode = would_leap ? Mode::brake : policy()}, raw_);
+    return driver.plan({.mode = stopping(lost)}, raw_);
 }
 
 // ---- measurements ----

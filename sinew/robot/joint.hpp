@@ -97,6 +97,8 @@ private:
     void failed(const Error& error);
     void tell(Errc code, std::string says);
     Mode policy() const;
+    /// What a stop tells it: the policy, or to brake where it cannot hold. `lost` as below.
+    Mode stopping(bool lost) const;
 
     const ResolvedJoint* resolved_;
     const link::Clock* clock_;

@@ -139,7 +139,7 @@ bool Line::plan_group(TimePoint now)
     }
     for (Joint* joint : group_) {
         if (joint->raw_.position_rad)
-            joint->guard_.sent(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
+            joint->guard_.follow(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
         if (const auto read = joint->driver_->plan_read(Depth::motion))
             add(*joint, read->all().first(1));
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 /// Stopping: the ready-made frames first, then asking who obeyed.
 namespace sinew::robot {
@@ -46,7 +47,10 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
             auto& outcome = outcomes[static_cast<std::size_t>(joint - joints.data())];
             if (outcome.outcome == Stopped::Outcome::confirmed)
                 continue;
-            if (command)
+            // A reading may say that it cannot do what it was told.
+            const Mode now = joint->stopping(line->is_lost());
+            const bool is_new = std::exchange(outcome.did, now) != now;
+            if (command || is_new)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
             (void)line->plan_read(*joint, Depth::full);
@@ -104,7 +108,7 @@ std::vector<Stopped> Core::stop(std::string why)
     enabled = false;
     std::vector<Stopped> outcomes;
     for (Joint& joint : joints) {
-        outcomes.push_back({.joint = joint.name(), .did = joint.policy()});
+        outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
         joint.rests_ = 0;

@@ -88,6 +88,7 @@ void Supervisor::begin(const State& state, TimePoint now)
     reach_ = {rules_.limits.position_low_rad, rules_.limits.position_high_rad};
     reference_rad_ = state.position_rad;
     reference_at_ = now;
+    is_commanded_ = false;
     allowance_rad_ = 0.0;
     observe(state);
     if (!state.position_rad)
@@ -165,6 +166,13 @@ std::expected<Command, Error> Supervisor::admit(const Command& command, const St
 {
     actuator::Limits limits = rules_.limits;
     limits.step_max_rad.reset(); // `check_step` counts from what was sent
+    // Beyond a limit it may come back, a part of the way as well, but go no further than it was sent or, where it turns
+    // or is free, than it is.
+    const std::optional<double> place = is_commanded_ ? reference_rad_ : state.position_rad.optional();
+    if (place && limits.position_low_rad)
+        limits.position_low_rad = std::min(*limits.position_low_rad, *place);
+    if (place && limits.position_high_rad)
+        limits.position_high_rad = std::max(*limits.position_high_rad, *place);
     State from = state;
     if (reference_rad_)
         from.position_rad = {*reference_rad_, now};
@@ -185,12 +193,24 @@ std::expected<Command, Error> Supervisor::admit(const Command& command, const St
 
 void Supervisor::sent(double position_rad, TimePoint now)
 {
+    refer_to(position_rad, true, now);
+}
+
+void Supervisor::follow(double position_rad, TimePoint now)
+{
+    refer_to(position_rad, false, now);
+}
+
+void Supervisor::refer_to(double position_rad, bool is_commanded, TimePoint now)
+{
     const double step = reference_rad_ ? std::abs(position_rad - *reference_rad_) : 0.0;
     const double most = rules_.limits.velocity_max_rad_s.value_or(0.0);
     allowance_rad_ = std::max(0.0, allowance_rad(now) - step);
-    // What a step leaves is not saved for a longer one, but for the unrest of a loop.
-    if (step > noise_rad)
+    // What a step leaves is not saved for a longer one, but for the unrest of a loop. Nor is the time in which no
+    // position was sent, though the first one may be no step at all: the device has been given nothing to reach.
+    if (step > noise_rad || !is_commanded_)
         allowance_rad_ = std::min(allowance_rad_, most * seconds(unrest));
+    is_commanded_ = is_commanded;
     reference_at_ = now;
     reference_rad_ = position_rad;
 }

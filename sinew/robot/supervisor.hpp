@@ -53,7 +53,8 @@ public:
     void begin(const actuator::State& state, TimePoint now);
 
     /// Whether a command, in joint units, may be carried out from this state. A move that names no velocity gets the
-    /// greatest one where the device keeps to it. `out_of_range` and `unsupported` with the limit and the value.
+    /// greatest one where the device keeps to it. From beyond a limit every position is allowed that leads back, and
+    /// none that leads further out. `out_of_range` and `unsupported` with the limit and the value.
     std::expected<actuator::Command, Error> admit(const actuator::Command& command, const actuator::State& state,
                                                   TimePoint now) const;
     /// The position nearest to this one that may be reached at once now, as far as steps go: for streams, which a late
@@ -61,6 +62,8 @@ public:
     double nearest_step_rad(double position_rad, TimePoint now) const;
     /// The position that is being sent in this cycle.
     void sent(double position_rad, TimePoint now);
+    /// No position is sent in this cycle; it is here.
+    void follow(double position_rad, TimePoint now);
     /// The position that moves begin at: the last that was sent, else the last that was measured.
     const std::optional<double>& reference_rad() const { return reference_rad_; }
 
@@ -89,6 +92,7 @@ private:
     std::expected<void, Error> check_step(const actuator::Command& command, TimePoint now) const;
     std::expected<void, Error> check_sense(const actuator::Command& command, const actuator::State& state) const;
     double allowance_rad(TimePoint now) const;
+    void refer_to(double position_rad, bool is_commanded, TimePoint now);
     Finding judge_faults(const actuator::State& state) const;
     Finding judge_excess(const actuator::State& state, TimePoint now);
     Finding judge_place(const actuator::State& state, const actuator::Command& running, Duration interval,
@@ -103,6 +107,7 @@ private:
     Reach reach_; ///< the limits, widened to where it began
     std::optional<double> reference_rad_;
     TimePoint reference_at_{};
+    bool is_commanded_ = false;  ///< the reference
     double allowance_rad_ = 0.0; ///< at `reference_at_`
     actuator::Measured<double> seen_;
     double velocity_rad_s_ = 0.0;

@@ -72,6 +72,48 @@ TEST(Supervisor, WhatAStepLeavesIsNotSavedForALongerOne)
     EXPECT_FALSE(elbow.admit(position(here + 1.6), at(here, now), now));
 }
 
+TEST(Supervisor, AJointThatTurnedOrWasFreeSavesNothingForALongStepAfterAShortOne)
+{
+    Supervisor elbow = guard(false);
+    elbow.begin(at(0, start), start);
+    TimePoint now = start;
+    for (int i = 0; i < 20; ++i)
+        elbow.follow(rad(0), now += 5ms); // so slow that it seems to stand
+    elbow.sent(rad(0), now += 5ms);       // a walk begins
+    now += 5ms;
+    EXPECT_TRUE(elbow.admit(position(1.0), at(0, now), now)) << "5 ms, and 5 ms for the unrest of a loop";
+    EXPECT_FALSE(elbow.admit(position(1.1), at(0, now), now)) << "a leap that nobody was told of before";
+}
+
+TEST(Supervisor, FromBeyondALimitAPositionMayLeadBackAndNoFurtherOut)
+{
+    for (const bool limits_velocity : {false, true}) {
+        Supervisor elbow = guard(limits_velocity);
+        elbow.begin(at(-12, start), start);
+        const auto fine = [&](double deg) {
+            return elbow.admit(position(deg), at(-12, start), start + 50ms).has_value();
+        };
+        EXPECT_TRUE(fine(-12)) << "stay";
+        EXPECT_TRUE(fine(-11.5)) << "a part of the way";
+        EXPECT_TRUE(fine(-9.5));
+        EXPECT_FALSE(fine(-12.1)) << "further out";
+        elbow.sent(rad(-11.5), start + 50ms);
+        EXPECT_FALSE(elbow.admit(position(-11.6), at(-12, start), start + 100ms)) << "and never back out again";
+        elbow.sent(rad(-9.5), start + 100ms);
+        EXPECT_FALSE(elbow.admit(position(-10.1), at(-9.5, start), start + 150ms));
+    }
+}
+
+TEST(Supervisor, AJointThatTurnsBackFromBeyondALimitIsNotSentBackToWhereItWasACycleAgo)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(-15, start), start);
+    elbow.follow(rad(-15), start);
+    const State now = at(-14, start + 5ms, 200);
+    EXPECT_FALSE(elbow.admit(position(-14.5), now, start + 5ms));
+    EXPECT_TRUE(elbow.admit(position(-13.5), now, start + 5ms));
+}
+
 TEST(Supervisor, AMoveThatNamesNoVelocityGetsTheGreatestWhereTheDeviceKeepsToIt)
 {
     Supervisor elbow = guard(true);

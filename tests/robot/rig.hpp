@@ -57,7 +57,7 @@ struct Rig {
     }
     TimePoint now() { return simulator->clock().now(); }
     /// Where the simulated shaft of a joint is, in joint units.
-    double truth_rad(const Joint& joint)
+    double truth_rad(const Joint& joint) const
     {
         return Mounting::of(joint.file()).to_joint(simulator->world().look(joint.name())->position_rad);
     }

@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// Reads every frame that leaves the host, with scales of its own, and holds it against the limits of the joint.
@@ -143,11 +144,31 @@ private:
     {
         ++motions_;
         const double position = Mounting::of(joint.file()).to_joint(actuator_rad);
-        const auto& limits = joint.limits();
-        const bool outside = (limits.position_low_rad && position < *limits.position_low_rad - step) ||
-                             (limits.position_high_rad && position > *limits.position_high_rad + step);
-        if (outside && !(may_be_anywhere(joint) && apart(joint, position) < units::rad(30)))
+        const double beyond = beyond_rad(joint, position);
+        const double before = std::exchange(placed_[&joint], position);
+        const bool stands = may_be_anywhere(joint) && apart(joint, position) < units::rad(30);
+        if (beyond > step && !stands && !leads_back(joint, position, before, step))
             complain(joint, "position", units::deg(position));
+    }
+
+    /// How far that is beyond the limits; 0: within.
+    static double beyond_rad(const Joint& joint, double position_rad)
+    {
+        const auto& limits = joint.limits();
+        const double low = limits.position_low_rad ? *limits.position_low_rad - position_rad : 0.0;
+        const double high = limits.position_high_rad ? position_rad - *limits.position_high_rad : 0.0;
+        return std::max({low, high, 0.0});
+    }
+
+    /// From beyond a limit a joint may be sent back, a part of the way, too: no further out than it stands, stood when
+    /// it was measured, or was sent before.
+    bool leads_back(const Joint& joint, double position_rad, double before_rad, double step) const
+    {
+        const bool is_low = joint.limits().position_low_rad && position_rad < *joint.limits().position_low_rad;
+        const auto is_as_far = [&](double from_rad) {
+            return is_low ? from_rad <= position_rad + step + slack_rad_ : from_rad >= position_rad - step - slack_rad_;
+        };
+        return is_as_far(rig_.truth_rad(joint)) || is_as_far(*joint.state().position_rad) || is_as_far(before_rad);
     }
 
     void velocity(Joint& joint, double actuator_rad_s, double step)
@@ -188,6 +209,7 @@ private:
     TimePoint cycle_at_{};
     bool is_stop_ = false;
     std::map<const Joint*, Target> targets_;
+    std::map<const Joint*, double> placed_;
     std::vector<std::string> complaints_;
     std::size_t motions_ = 0;
 };
