@@ -9,18 +9,19 @@
 namespace sinew::cli {
 namespace {
 
-/// A position that the device can be sent to. Some firmware lines want a speed beside it.
+/// A position that the device can be sent to, and what then tells where it is. Some firmware lines want a speed beside
+/// it.
 std::expected<wire::Requests, Error> position_command(actuator::Driver& driver)
 {
     const auto& can = driver.capabilities();
     actuator::Command command{.mode = actuator::Mode::position, .position_rad = 0.0};
     if (can.position_low_rad && can.position_high_rad)
         command.position_rad = (*can.position_low_rad + *can.position_high_rad) / 2;
-    auto planned = driver.plan(command, {});
+    auto planned = driver.plan_cycle(command, {});
     if (planned)
         return planned;
     command.velocity_rad_s = 1.0;
-    return driver.plan(command, {});
+    return driver.plan_cycle(command, {});
 }
 
 /// Some drivers have to ask a device for a setting once. An answer of zeros brings them to what they do from then on.
@@ -97,7 +98,6 @@ Forecast forecast(const Family& family, std::span<const Device> devices, std::ui
         if (release)
             add(out.stop, device, *release);
     }
-    out.cycle.insert(out.cycle.end(), out.look.begin(), out.look.end());
     return out;
 }
 

@@ -15,7 +15,7 @@ struct Step {
 struct Forecast {
     bus::Line line;
     std::vector<Step> look;         ///< what reads the motion of every joint
-    std::vector<Step> cycle;        ///< a position for every joint, then `look`
+    std::vector<Step> cycle;        ///< a position for every joint, and what it measures: a cycle of `robot::Robot`
     std::vector<Step> stop;         ///< the broadcast where there is one, then every joint
     std::vector<std::string> notes; ///< joints that are left out, and why
 };

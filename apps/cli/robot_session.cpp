@@ -97,9 +97,14 @@ std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Wor
 
 void RobotSession::tell_incidents()
 {
-    const auto all = robot_->incidents();
-    for (; told_ < all.size(); ++told_)
-        fmt::print(stderr, "sinew: {}\n", all[told_].says);
+    const std::uint64_t dropped = robot_->incidents_dropped();
+    if (told_ < dropped)
+        fmt::print(stderr, "sinew: {} more that happened before are no longer known\n", dropped - told_);
+    told_ = std::max(told_, dropped);
+    for (const auto& incident : robot_->incidents().subspan(told_ - dropped)) {
+        fmt::print(stderr, "sinew: {}\n", incident.says);
+        ++told_;
+    }
 }
 
 } // namespace sinew::cli

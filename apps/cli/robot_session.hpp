@@ -36,7 +36,7 @@ private:
     link::Links links_;
     std::optional<robot::Guardian> guardian_;
     std::optional<robot::Robot> robot_;
-    std::size_t told_ = 0;
+    std::uint64_t told_ = 0; ///< incidents, since the robot was opened
 };
 
 } // namespace sinew::cli

@@ -55,7 +55,6 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
     core->file = std::move(file);
     core->clock = &clock;
     core->guardian_ = options.guardian;
-    core->incidents.reserve(256);
     auto resolved = resolve(core->file);
     if (!resolved)
         return std::unexpected(std::move(resolved.error()));
@@ -98,7 +97,7 @@ void Core::exchange_lines()
     show_life();
     for (auto& line : lines)
         line->start();
-    bus::drive(buses);
+    drive();
     const TimePoint now = clock->now();
     for (auto& line : lines)
         line->absorb(now);
@@ -139,7 +138,7 @@ std::expected<void, Error> Core::look_at(Line& line)
         Error why = line.bus().link_trouble() != nullptr ? *line.bus().link_trouble() : Error{.code = Errc::link_lost};
         if (why.detail.empty())
             why.detail = fmt::format("the link of bus {} is lost; is its adapter still plugged in?", line.bus().name());
-        incidents.push_back({clock->now(), {}, why.code, to_sentence(why)});
+        incidents.add({clock->now(), {}, why.code, to_sentence(why)});
         return stop_for(std::move(why));
     }
     if (stop_asked_.load())
@@ -226,7 +225,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
         if (!ended)
             clock->wait(std::span(handles).first(count), wake);
     }
-    bus::drive(buses);
+    drive();
     for (auto& line : lines)
         if (line->busy()) {
             line->absorb(clock->now());

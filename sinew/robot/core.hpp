@@ -28,7 +28,7 @@ public:
     config::RobotFile file;
     ResolvedRobot resolved;
     link::Clock* clock = nullptr;
-    std::vector<Incident> incidents;
+    Incidents incidents;
     std::vector<Joint> joints;
     std::vector<std::unique_ptr<Line>> lines;
     std::vector<bus::Bus*> buses;
@@ -66,6 +66,7 @@ private:
     void tell_the_guardian(const Line& line);
     void tell_the_guardian_of_a_stop();
     void show_life();
+    void drive();
     void rest();
 
     std::atomic<bool> stop_asked_{false};

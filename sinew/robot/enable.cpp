@@ -211,6 +211,7 @@ std::expected<void, Error> Core::enable()
     for (std::size_t i = 0; i < joints.size(); ++i) {
         Joint& joint = joints[i];
         joint.closed_ = nullptr;
+        joint.closed_by_.reset();
         joint.must_set_up_ = false;
         joint.begin(now);
         joint.full_at_ = joint.check_at_ = now + std::chrono::milliseconds{20} * static_cast<int>(i + 1);

@@ -2,6 +2,7 @@
 
 #include "sinew/family/sam/messages.hpp"
 #include "sinew/link/links.hpp"
+#include "sinew/robot/robot.hpp"
 
 #include <csignal>
 #include <cstdlib>
@@ -240,6 +241,34 @@ TEST(GuardianTest, AProgramThatNeverBeatIsLeftAlone)
     const std::array stop{stop_of(1)};
     Program program(wire, stop, forever, {.patience = 20ms});
     EXPECT_TRUE(wire.read(1, 300).empty());
+}
+
+/// Where nobody answers, a stop takes longer than a program may be without a sign of life.
+TEST(GuardianTest, ALongStopIsNoProgramThatHangs)
+{
+    const Wire silent, guarded;
+    const auto keeper = guarded.keep_open();
+    auto guardian = Guardian::start({.patience = 500ms});
+    ASSERT_TRUE(guardian);
+    link::RealClock clock;
+    const auto file =
+        config::parse_robot_file("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                                 "model = \"SAM-5\"\n",
+                                 "arm.toml");
+    ASSERT_TRUE(file);
+    OpenOptions options{.links = {{"s", silent.uri}}, .guardian = &*guardian};
+    options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 120ms;
+    auto robot = Robot::open(*file, link::Links::system(), clock, options);
+    ASSERT_TRUE(robot) << to_sentence(robot.error());
+    const auto link = link::Links::system().open(guarded.uri, clock);
+    ASSERT_TRUE(link);
+    const std::array stop{stop_of(1)};
+    ASSERT_TRUE(guardian->watch(1, guarded.uri, *link, stop));
+    guardian->beat();
+    const TimePoint begun = clock.now();
+    EXPECT_EQ(robot->stop().at(0).outcome, Stopped::Outcome::failed);
+    EXPECT_GT(clock.now() - begun, 3 * 500ms + 600ms) << "too short to tell";
+    EXPECT_TRUE(guarded.read(1, 0).empty()) << "the guardian took a long stop for a program that hangs";
 }
 
 TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)

@@ -6,6 +6,11 @@
 
 /// What a robot tells its guardian, and what it hears from it.
 namespace sinew::robot {
+namespace {
+
+constexpr Duration between_beats = std::chrono::milliseconds{20};
+
+} // namespace
 
 /// Devices that hold their last target must not be left to a process that no longer has a robot.
 Core::~Core()
@@ -78,6 +83,17 @@ void Core::show_life()
 {
     if (guardian_ != nullptr)
         guardian_->beat();
+}
+
+/// Until the exchanges of all buses have ended: long, where many devices answer nothing.
+void Core::drive()
+{
+    if (guardian_ == nullptr) {
+        bus::drive(buses);
+        return;
+    }
+    while (!bus::drive(buses, clock->now() + between_beats))
+        show_life();
 }
 
 /// A robot that is stopped has nothing to be late with.

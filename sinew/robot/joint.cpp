@@ -22,7 +22,6 @@ constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
 constexpr double doubtful_way_rad = units::rad(2.0);
 constexpr Duration longest_memory = std::chrono::milliseconds{20};
 constexpr int answers_to_believe = 3;
-constexpr int most_incidents = 256;
 
 Duration duration_of(double s)
 {
@@ -89,7 +88,7 @@ bool same(const Command& a, const Command& b)
 } // namespace
 
 Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock,
-             std::vector<Incident>& incidents)
+             Incidents& incidents)
     : resolved_(&resolved), clock_(&clock), incidents_(&incidents), mounting_(Mounting::of(*resolved.joint)),
       driver_(make_driver(resolved.device)), stopper_(make_driver(resolved.device)),
       can_(mounting_.to_joint(driver_->capabilities())),
@@ -114,9 +113,7 @@ Error Joint::named(Error error) const
 
 void Joint::tell(Errc code, std::string says)
 {
-    if (incidents_->size() >= most_incidents)
-        incidents_->erase(incidents_->begin());
-    incidents_->push_back({now(), name(), code, std::move(says)});
+    incidents_->add({now(), name(), code, std::move(says)});
 }
 
 void Joint::failed(const Error& error)
@@ -155,7 +152,9 @@ std::expected<void, Error> Joint::check_duty(const Command& command) const
 std::expected<void, Error> Joint::set(const Command& command)
 {
     if (closed_ != nullptr)
-        return actuator::refuse(Errc::unsupported, id_of(device()), fmt::format("{}: {}", name(), closed_));
+        return actuator::refuse(
+            Errc::unsupported, id_of(device()),
+            fmt::format("{}: {}{}", name(), closed_, closed_by_ ? ": " + to_sentence(*closed_by_) : ""));
     Command bare = command;
     if (can_walk(command)) {
         if (command.velocity_rad_s && command.duration)
@@ -288,13 +287,15 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         planned_ = own;
         planned_at_ = at;
     }
-    const auto& measured = command.mode == Mode::hold ? held_.position_rad : raw_.position_rad;
+    // Who holds without being told where holds where he comes to rest.
+    const bool holds_there = command.mode == Mode::hold && holds_a_position_;
+    const auto& place = holds_there ? held_.position_rad : raw_.position_rad;
     if (is_position)
         guard_.sent(*command.position_rad, at);
-    else if (measured && command.mode == Mode::hold)
-        guard_.sent(mounting_.to_joint(*measured), at);
-    else if (measured)
-        guard_.follow(mounting_.to_joint(*measured), at);
+    else if (place && holds_there)
+        guard_.sent(mounting_.to_joint(*place), at);
+    else if (place)
+        guard_.follow(mounting_.to_joint(*place), at);
     return requests;
 }
 

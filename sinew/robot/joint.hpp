@@ -2,12 +2,12 @@
 #include "sinew/actuator/driver.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/link/clock.hpp"
+#include "sinew/robot/incidents.hpp"
 #include "sinew/robot/mounting.hpp"
 #include "sinew/robot/supervisor.hpp"
 
 #include <memory>
 #include <string>
-#include <vector>
 
 /// The joints of a robot file in motion, in radians and by name.
 namespace sinew::robot {
@@ -16,14 +16,6 @@ using actuator::Command;
 using actuator::Depth;
 using actuator::Mode;
 using actuator::State;
-
-/// Something that the robot did or saw and nobody asked for: a limit, a fault, a reset, a time-out.
-struct Incident {
-    TimePoint at{};
-    std::string joint; ///< empty: the whole robot
-    Errc code{};
-    std::string says; ///< one sentence
-};
 
 /// One actuator by its name. All values are those of the joint: direction, zero and ratio of the robot file are in
 /// them. It belongs to its `Robot` and is used from the thread that drives it.
@@ -69,8 +61,7 @@ public:
 
     // ---- for the robot ----
 
-    Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock,
-          std::vector<Incident>& incidents);
+    Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock, Incidents& incidents);
 
 private:
     friend class Line;
@@ -102,7 +93,7 @@ private:
 
     const ResolvedJoint* resolved_;
     const link::Clock* clock_;
-    std::vector<Incident>* incidents_;
+    Incidents* incidents_;
     Mounting mounting_;
     std::unique_ptr<actuator::Driver> driver_;
     /// Plans what stops the joint, beforehand: a driver believes that what it planned was sent.
@@ -114,6 +105,7 @@ private:
     bool acknowledges_ = true;      ///< its answer to a command is worth the repetition
     bool referenced_ = false;
     const char* closed_ = "the robot is not enabled yet"; ///< why it takes no command; nullptr: it does
+    std::optional<Error> closed_by_;                      ///< a fault of this joint alone
 
     Command command_{.mode = Mode::release};
     TimePoint commanded_at_{};

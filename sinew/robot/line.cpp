@@ -58,7 +58,7 @@ bool Line::obey(Joint& joint, const Finding& finding, TimePoint now)
         return false;
     joint.end(now);
     if (finding.measure == Measure::stop) {
-        joint.trouble_ = finding.why;
+        joint.trouble_ = joint.closed_by_ = finding.why;
         joint.closed_ = "it was stopped after a fault; enable the robot again";
     }
     return true;

@@ -30,7 +30,7 @@ void Core::ask_for_real_time()
     if (dynamic_cast<link::RealClock*>(clock) == nullptr)
         return;
     const auto tell = [&](const std::string& bus, std::string_view says) {
-        incidents.push_back({clock->now(), {}, Errc::unsupported, fmt::format("bus {}: {}", bus, says)});
+        incidents.add({clock->now(), {}, Errc::unsupported, fmt::format("bus {}: {}", bus, says)});
     };
     // One thread drives all buses, so it asks for the most that any of them wants; a refusal names the bus that does.
     bus::RealTime wanted;

@@ -161,7 +161,12 @@ std::expected<State, Error> Robot::state(std::string_view joint)
 
 std::span<const Incident> Robot::incidents() const
 {
-    return core_->incidents;
+    return core_->incidents.all();
+}
+
+std::uint64_t Robot::incidents_dropped() const
+{
+    return core_->incidents.dropped();
 }
 
 std::span<bus::Bus* const> Robot::buses() const

@@ -118,6 +118,8 @@ public:
     std::expected<State, Error> state(std::string_view joint);
     /// What happened that nobody asked for, the oldest first; the last 256.
     std::span<const Incident> incidents() const;
+    /// How many before them are no longer there: this and the index of an incident are its number since the beginning.
+    std::uint64_t incidents_dropped() const;
 
     std::span<bus::Bus* const> buses() const; ///< in the order of the file
     /// What a stop of this bus sends, ready-made, as of the last cycle: for a guardian.

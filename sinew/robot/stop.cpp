@@ -24,7 +24,7 @@ void Core::send_stop()
         line->prepare_stop();
     for (bus::Bus* bus : buses)
         bus->request_stop();
-    bus::drive(buses);
+    drive();
     const TimePoint now = clock->now();
     for (auto& line : lines) {
         if (line->busy())
@@ -115,7 +115,7 @@ std::vector<Stopped> Core::stop(std::string why)
         joint.guard_.begin(joint.state_, clock->now());
     }
     if (!fault && was_enabled && !why.empty())
-        incidents.push_back({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
+        incidents.add({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
     send_stop();
     tell_the_guardian_of_a_stop();
     stop_asked_.store(false);

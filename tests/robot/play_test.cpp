@@ -230,6 +230,38 @@ TEST(Play, AFaultOfAJointEndsTheSequenceAndStopsTheRobot)
     EXPECT_NE(to_sentence(played.error()).find("elbow"), std::string::npos) << to_sentence(played.error());
 }
 
+/// One that waited for the joint to catch up would never end.
+TEST(Play, AJointThatIsTooHotInTheMiddleOfAMotionEndsThePlayWithTheReason)
+{
+    for (const bool whole_robot : {true, false}) {
+        auto file = pair_with(R"({pose = "up"}, {pose = "down"}, {pose = "up"})");
+        file.safety.whole_robot = whole_robot;
+        file.safety.temperature_max_c = 60.0;
+        Rig rig(file);
+        rig.enable();
+        PlayOptions options;
+        const TimePoint begun = rig.now();
+        bool heated = false;
+        options.each = [&](const SequencePlayer&) {
+            if (!heated && rig.now() - begun > 300ms)
+                rig.inject(sim::FaultKind::hot_motor, "knee");
+            heated = rig.now() - begun > 300ms;
+        };
+        options.stop_asked = [&] {
+            if (rig.now() - begun > 20s)
+                rig.robot->request_stop(); // or a play that hangs would hang this test
+            return false;
+        };
+        const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+        ASSERT_FALSE(played) << whole_robot;
+        EXPECT_NE(said(played).find("80 °C hot, 60 °C are allowed"), std::string::npos) << said(played);
+        EXPECT_LT(rig.now() - begun, 5s);
+        EXPECT_NEAR(rig.truth_rad_s("knee"), 0.0, 0.01);
+        EXPECT_NEAR(rig.truth_rad_s("elbow"), 0.0, 0.01);
+        EXPECT_EQ(rig.robot->enabled(), !whole_robot);
+    }
+}
+
 TEST(Play, AMoveSaysWhatIsWrongBeforeAnythingMoves)
 {
     Rig rig(pair_with(R"({wait_s = 1})"));

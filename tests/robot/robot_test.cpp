@@ -88,36 +88,6 @@ TEST(Robot, AMoveWithAVelocityOrADurationTakesItsTimeInEveryFamily)
     }
 }
 
-/// A plant that nothing holds up: no friction, nothing to carry.
-config::RobotFile without_friction(config::RobotFile file)
-{
-    for (auto& joint : file.joints)
-        for (const auto* key : {"static_friction_nm", "coulomb_friction_nm"})
-            joint.plant.push_back({key, 0.0, {}});
-    return file;
-}
-
-TEST(Robot, AtRestEveryJointIsWithinOneStepOfItsEncoderWhereNothingHoldsItUp)
-{
-    Rig rig(without_friction(demo()));
-    rig.enable();
-    for (const double to_deg : {-12.3456, -1.0, -33.3}) {
-        for (Joint& joint : rig.robot->joints()) {
-            const double sense = joint.limits().position_low_rad.value_or(-1) > units::rad(-40) ? -0.1 : 1.0;
-            ASSERT_EQ(said(joint.set({.mode = Mode::position,
-                                      .position_rad = sense * units::rad(to_deg),
-                                      .velocity_rad_s = units::rad(40)})),
-                      "");
-        }
-        ASSERT_EQ(said(rig.run(4s)), "");
-        for (const Joint& joint : rig.robot->joints()) {
-            const double step = joint.capabilities().position_step_rad;
-            EXPECT_NEAR(rig.truth_rad(joint), *joint.command().position_rad, step) << joint.name();
-            EXPECT_NEAR(*joint.state().position_rad, rig.truth_rad(joint), step) << joint.name();
-        }
-    }
-}
-
 TEST(Robot, FourMotorsThatAreDrivenByACurrentShareOneFrame)
 {
     std::string text = "version = 1\n[bus.r]\nfamily = \"rmd\"\n";
@@ -212,6 +182,17 @@ TEST(Robot, EveryJointComesHome)
     EXPECT_EQ(rig.robot->incidents().size(), 9U) << "four Nuri, and five RMD that may stand in another turn";
 }
 
+TEST(Robot, IncidentsThatAreNoLongerKeptAreCounted)
+{
+    Rig rig(demo());
+    rig.enable();
+    constexpr std::size_t each = 9, times = 30; // as above
+    for (std::size_t i = 0; i < times; ++i)
+        ASSERT_EQ(said(rig.robot->home()), "");
+    EXPECT_EQ(rig.robot->incidents().size(), Incidents::most);
+    EXPECT_EQ(rig.robot->incidents_dropped(), each * times - Incidents::most);
+}
+
 constexpr std::string_view waist_with_a_stop = R"(
 version = 1
 [bus.n]
@@ -272,6 +253,30 @@ TEST(Robot, AModelThatIsNotTheDevicesOwnIsNotEnabled)
     EXPECT_NE(said(on).find("SAM-28"), std::string::npos) << said(on);
     EXPECT_FALSE(rig.robot->enabled());
     EXPECT_FALSE(rig.robot->set("servo", {.mode = Mode::hold}));
+}
+
+TEST(Robot, AGearThatIsNotTheDevicesOwnIsNotEnabledAndNothingMoves)
+{
+    const auto with_gear = [](std::string_view ratio) {
+        return file_of(
+            fmt::format("version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.waist]\nbus = \"n\"\n"
+                        "id = 1\n[joint.waist.profile_options]\nexternal_gear_ratio = {}\n",
+                        ratio));
+    };
+    Rig rig(with_gear("2.5"), with_gear("1.0"));
+    int commands = 0;
+    rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+        wire::Frame frame{.size = static_cast<std::uint8_t>(tapped.bytes.size())};
+        std::ranges::copy(tapped.bytes, frame.data.begin());
+        const auto* message = rig.robot->buses()[0]->protocol().identify(frame, wire::Direction::request,
+                                                                         line_of(rig.robot->joints()[0].device()));
+        commands += tapped.verdict == bus::Verdict::sent && message->info.access != wire::Access::read ? 1 : 0;
+    });
+    const auto on = rig.robot->enable();
+    ASSERT_FALSE(on.has_value());
+    EXPECT_NE(said(on).find("waist has the gear ratio 2.5, and the robot file says 1"), std::string::npos) << said(on);
+    EXPECT_EQ(commands, 0);
+    EXPECT_FALSE(rig.robot->enabled());
 }
 
 TEST(Robot, AnUnknownJointIsAnErrorWithTheNearestName)

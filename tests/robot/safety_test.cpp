@@ -286,6 +286,23 @@ TEST(Safety, AHotMotorStopsTheRobot)
     EXPECT_NE(said(ran).find("°C"), std::string::npos) << said(ran);
 }
 
+TEST(Safety, AJointThatWasToldToHoldOnItsWayBackIsNotSentOutAgainToWhereItWasTold)
+{
+    Rig rig(file_of(std::string(knee_text) + "[joint.knee.sim]\nstart_rad = -0.9\n"));
+    rig.enable();
+    Joint& knee = *rig.robot->find("knee");
+    ASSERT_EQ(said(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(150)})), "");
+    ASSERT_EQ(said(rig.run(150ms, 5ms)), "");
+    ASSERT_EQ(said(knee.set({.mode = Mode::hold})), "");
+    const double told_at = *knee.state().position_rad;
+    ASSERT_LT(told_at, units::rad(-15));
+    ASSERT_EQ(said(rig.run(200ms, 5ms)), "");
+    const double rests_at = *knee.state().position_rad;
+    ASSERT_GT(rests_at, told_at + units::rad(0.3));
+    EXPECT_FALSE(knee.set({.mode = Mode::position, .position_rad = rests_at - units::rad(0.2)}));
+    EXPECT_TRUE(knee.set({.mode = Mode::position, .position_rad = rests_at + units::rad(0.2)}));
+}
+
 /// A SAM that is too hot controls no position: told to hold, it would coast, and leap when it has cooled.
 TEST(Safety, AServoThatIsTooHotToHoldIsBrakedAndDoesNotCoastOnNorLeapWhenItHasCooled)
 {

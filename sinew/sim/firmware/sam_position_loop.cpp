@@ -10,7 +10,6 @@ namespace {
 
 // ASSUMED, all of these: gains have no unit in the manual. With the assumed inertias these make the default gains
 // critically damped or a little slower, and P alone swing about three times.
-constexpr double p_duty_per_rad = 0.076;
 constexpr double i_duty_per_rad_s = 2.5;
 constexpr double d_duty_s_per_rad = 0.0053;
 // ASSUMED: what it adds to overcome the friction of a shaft without load, but for an error that it takes for none.

@@ -8,6 +8,9 @@ namespace sinew::sim {
 class SamPositionLoop
 {
 public:
+    /// Duty for each radian of error at P = 1. ASSUMED, like all of its figures.
+    static constexpr double p_duty_per_rad = 0.076;
+
     /// Forgets what I has gathered. `position_rad`: where the shaft is.
     void begin(double position_rad)
     {

@@ -141,8 +141,6 @@ void Servo::hold_to_trajectory()
 {
     trajectory_.step();
     const PlantParameters& p = plant_->parameters();
-    // Critically damped at 25 Hz: slow enough for a loop of 1 kHz.
-    constexpr double frequency_rad_s = 160.0;
     constexpr double integral_per_s = 40.0;
     const double stiffness = gains_.stiffness * frequency_rad_s * frequency_rad_s;
     const double error = trajectory_.position_rad() - plant_->position_rad();

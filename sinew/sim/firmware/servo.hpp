@@ -64,6 +64,9 @@ struct ServoGains {
 class Servo
 {
 public:
+    /// The loop is critically damped at 25 Hz: slow enough for one of 1 kHz.
+    static constexpr double frequency_rad_s = 160.0;
+
     Servo(Plant& plant, double supply_v) : plant_(&plant), rating_(rating_of(plant.parameters(), supply_v)) {}
 
     void release();
