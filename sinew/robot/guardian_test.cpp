@@ -123,6 +123,9 @@ private:
     [[noreturn]] static void live(const Wire& wire, std::span<const wire::Request> stop,
                                   const std::function<void(Inside)>& life, Guardian::Settings settings, int told)
     {
+        // A shell starts what it runs in the background with some of them ignored.
+        for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGTERM})
+            std::signal(signal, SIG_DFL);
         {
             auto guardian = Guardian::start(settings);
             link::RealClock clock;

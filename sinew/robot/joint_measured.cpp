@@ -1,0 +1,63 @@
+#include "sinew/base/units.hpp"
+#include "sinew/robot/joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+/// What a joint believes of what its device answers.
+namespace sinew::robot {
+namespace {
+
+/// A silence after which a device may have lost what it was told.
+constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
+/// What a shaft may jump by at most for the time between two answers, beside what it turns.
+constexpr double doubtful_way_rad = units::rad(2.0);
+constexpr Duration longest_memory = std::chrono::milliseconds{20};
+constexpr int answers_to_believe = 3;
+
+} // namespace
+
+/// Answers without a checksum (SAM) may say anything. A shaft that would have come there faster than it can turn, or of
+/// which nothing was known, is believed when enough answers in a row say the same. `before`: the position so far.
+bool Joint::is_plausible(const actuator::Measured<double>& before)
+{
+    const auto& fastest = driver_->capabilities().velocity_max_rad_s;
+    const auto& said = raw_.position_rad;
+    if (!fastest || !said || (before && said.at() == before.at()) || !family().protocol->bare_replies())
+        return true;
+    const auto follows = [&](const actuator::Measured<double>& earlier) {
+        const Duration gap = std::chrono::abs(said.at() - earlier.at());
+        const double way = 1.5 * *fastest * seconds(std::min(gap, longest_memory));
+        return earlier && std::abs(*said - *earlier) <= way + doubtful_way_rad;
+    };
+    if (follows(before)) {
+        agreed_ = 0;
+        return true;
+    }
+    agreed_ = follows(suspect_) ? agreed_ + 1 : 1;
+    suspect_ = said;
+    if (agreed_ < answers_to_believe)
+        return false;
+    agreed_ = 0;
+    return true;
+}
+
+void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at)
+{
+    const auto before = raw_.position_rad;
+    if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
+        return failed(absorbed.error());
+    if (!is_plausible(before)) {
+        raw_.position_rad = before;
+        if (before)
+            return; // and it counts as no answer
+    }
+    answered_at_ = std::max(answered_at_, at);
+    if (missing_since_ && at - *missing_since_ > doubtful_silence && closed_ == nullptr) {
+        must_set_up_ = true;
+        check_at_ = at;
+    }
+    missing_since_.reset();
+}
+
+} // namespace sinew::robot
