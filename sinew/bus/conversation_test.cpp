@@ -19,7 +19,7 @@ constexpr Settings settings{
 /// A conversation with its requests and a clock that the test turns.
 struct Talk {
     explicit Talk(const wire::Protocol& protocol, bool can = false)
-        : conversation(protocol, {.can = can, .bit_rate = bit_rate}, settings)
+        : conversation(protocol, {.can = can, .bit_rate = bit_rate}, settings), on_can(can)
     {
     }
 
@@ -37,6 +37,7 @@ struct Talk {
         const auto next = conversation.next(now);
         if (next.transmit.empty())
             return std::nullopt;
+        EXPECT_TRUE(on_can || next.transmit.size() == 1) << "a serial line carries one request after the other";
         const wire::Frame frame = next.transmit.front();
         conversation.transmitted(1, now);
         return frame;
@@ -47,6 +48,7 @@ struct Talk {
     void hear(std::vector<std::uint8_t> bytes) { conversation.received(bytes, now); }
 
     Conversation conversation;
+    bool on_can;
     TimePoint now{1s};
     std::vector<wire::Request> requests;
     std::vector<Result> results;
@@ -263,6 +265,30 @@ TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
     EXPECT_EQ(talk.results[0].reply()->data[1], 11);
     EXPECT_EQ(talk.results[1].reply()->data[1], 22);
     EXPECT_EQ(talk.results[2].reply()->data[1], 12);
+}
+
+TEST(Conversation, FindsWhoseAnswerItIsOnCanInWhateverOrderTheyCome)
+{
+    Talk talk(framed, true);
+    std::array asked{1, 2, 3};
+    do {
+        std::array answering{1, 2, 3};
+        do {
+            talk.ask(std::pair{asked[0], fake::CanRead{}}, std::pair{asked[1], fake::CanRead{}},
+                     std::pair{asked[2], fake::CanRead{}});
+            while (talk.sent()) {
+            }
+            for (const int id : answering)
+                talk.conversation.received({.can_id = 0x100U + static_cast<unsigned>(id),
+                                            .size = 2,
+                                            .data = {5, static_cast<std::uint8_t>(10 * id)}},
+                                           talk.now);
+            ASSERT_TRUE(talk.done());
+            for (std::size_t i = 0; i < asked.size(); ++i)
+                EXPECT_EQ(talk.results[i].reply()->data[1], 10 * asked[i]);
+        } while (std::ranges::next_permutation(answering).found);
+    } while (std::ranges::next_permutation(asked).found);
+    EXPECT_EQ(talk.conversation.counters().strays, 0U);
 }
 
 TEST(Conversation, LearnsItsMarginFromTheSlowestAnswers)

@@ -14,8 +14,8 @@
 /// | `/joint/NAME/command` | `sinew.JointCommand` | the same                               |
 /// | `/events`             | `sinew.Event`        |                                        |
 ///
-/// The robot file is the attachment `robot_attachment`. The time of a message is when it passed or was measured: time of
-/// day, or of a bus in virtual time since its power-on (metadata `sinew`, key `time`: `utc` or `virtual`).
+/// The robot file is the attachment `robot_attachment`. The time of a message is when it passed or was measured: time
+/// of day, or of a bus in virtual time since its power-on (metadata `sinew`, key `time`: `utc` or `virtual`).
 namespace sinew::record {
 
 inline constexpr std::string_view robot_attachment = "robot.toml";

@@ -49,8 +49,8 @@ struct Letter {
     std::uint8_t bus = 0;
 };
 
-/// Serves until the program has ended; never returns. `socket` is the guardian's end of its socket; `listener`, which may
-/// be -1, is where others ask. Both are its own from now on.
+/// Serves until the program has ended; never returns. `socket` is the guardian's end of its socket; `listener`, which
+/// may be -1, is where others ask. Both are its own from now on.
 [[noreturn]] void watch_over(Memory& memory, int program, int socket, int listener, Duration patience);
 
 } // namespace sinew::robot::guardian

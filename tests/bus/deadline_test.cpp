@@ -214,6 +214,27 @@ TEST(Deadline, OfBareAnswersIsNeverPassedWhateverComesWhenever)
     EXPECT_GT(failed, 100);
 }
 
+/// No looser than what can really follow one another: `longest` is what a caller plans with.
+TEST(Deadline, LongestCountsEveryTryOnceAndBareReadsTwiceWhereTheyMustAgree)
+{
+    WireClock clock;
+    const bus::Settings settings;
+    SerialRig framed(clock, nuri::protocol(), 1'000'000);
+    const auto framed_read = request(nuri::RequestPositionFeedback{});
+    EXPECT_EQ(framed.bus->conversation().longest({&framed_read, 1}),
+              2 * one_try(*framed.bus, framed_read, settings.margin_most));
+
+    const auto read = request(sam::QuickReadStatus{});
+    auto probe = *sam::protocol().probe(id);
+    for (const bool double_read : {false, true}) {
+        SerialRig bare(clock, sam::protocol(), 1'000'000, {.double_read = double_read});
+        const Duration recovery = 10 * settings.late_max + predict(bare.bus->conversation().line(), probe).wire() +
+                                  response + settings.margin_most;
+        EXPECT_EQ(bare.bus->conversation().longest({&read, 1}),
+                  (double_read ? 4 : 2) * (one_try(*bare.bus, read, settings.margin_most) + recovery));
+    }
+}
+
 rmd::Driver motor(int number)
 {
     rmd::Profile known = *std::ranges::find(rmd::profiles(), "rmd-2.35", [](const auto& p) { return p.line.name; });
@@ -267,6 +288,44 @@ TEST(Group, OfWhichOneIsMissingIsGivenUpAtItsDeadline)
     ASSERT_TRUE(rig.bus->exchange(plan->all(), {&result, 1}).has_value());
     EXPECT_EQ(result.reply_count, 1);
     EXPECT_EQ(clock.now() - start, one_try(*rig.bus, plan->all()[0], bus::Settings{}.margin_at_first));
+}
+
+TEST(Group, TakesOneAnswerOfEachMotorAndASecondOneIsAStray)
+{
+    rmd::Driver one = motor(1), two = motor(2);
+    const rmd::GroupMember members[] = {{&one, {.mode = actuator::Mode::current, .current_a = 1.0}},
+                                        {&two, {.mode = actuator::Mode::current, .current_a = 1.0}}};
+    const auto plan = plan_group(members);
+    ASSERT_TRUE(plan.has_value()) << to_sentence(plan.error());
+    bus::Conversation conversation(rmd::protocol(), {.can = true, .bit_rate = 1'000'000}, {});
+    bus::Result result;
+    const TimePoint start{1s};
+    conversation.begin(plan->all(), {&result, 1});
+    ASSERT_EQ(conversation.next(start).transmit.size(), 1U);
+    conversation.transmitted(1, start);
+    const auto answer = *wire::encode_reply<rmd::TorqueClosedLoop>(1, {.temperature = 30});
+    conversation.received(answer, start + 1ms);
+    conversation.received(answer, start + 2ms);
+    EXPECT_EQ(result.reply_count, 1);
+    EXPECT_EQ(conversation.counters().strays, 1U);
+    EXPECT_FALSE(conversation.next(start + 2ms).done);
+}
+
+TEST(Group, ThatNobodyAnswersIsATimeOut)
+{
+    WireClock clock;
+    CanRig rig(clock, 1'000'000);
+    rig.add(id, silence);
+    rmd::Driver one = motor(1), two = motor(2);
+    const rmd::GroupMember members[] = {{&one, {.mode = actuator::Mode::current, .current_a = 1.0}},
+                                        {&two, {.mode = actuator::Mode::current, .current_a = 1.0}}};
+    const auto plan = plan_group(members);
+    ASSERT_TRUE(plan.has_value()) << to_sentence(plan.error());
+    bus::Result result;
+    ASSERT_TRUE(rig.bus->exchange(plan->all(), {&result, 1}).has_value());
+    EXPECT_FALSE(result.good);
+    EXPECT_EQ(result.error.code, Errc::timeout);
+    EXPECT_EQ(rig.bus->conversation().counters().timeouts, 1U);
 }
 
 } // namespace

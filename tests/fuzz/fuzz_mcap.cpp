@@ -4,8 +4,8 @@
 
 using namespace sinew;
 
-/// Any bytes as an MCAP file: what is read is recovered into a file that is whole, with as much in it; every frame in it
-/// is written and read again as the same.
+/// Any bytes as an MCAP file: what is read is recovered into a file that is whole, with as much in it; every frame in
+/// it is written and read again as the same.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     if (size == 0)
