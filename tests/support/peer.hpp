@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <linux/can.h>
 #include <poll.h>
+#include <sched.h>
 #include <signal.h>
 #include <string>
 #include <sys/socket.h>
@@ -74,6 +75,16 @@ public:
     {
     }
     Peer& operator=(Peer&&) = delete;
+
+    /// Lets the device run on one processor only.
+    void bind_to(int processor) const
+    {
+        cpu_set_t only;
+        CPU_ZERO(&only);
+        CPU_SET(processor, &only);
+        if (::sched_setaffinity(child_, sizeof only, &only) != 0)
+            std::abort();
+    }
 
     std::string device; ///< of the pseudo terminal
     int fd = -1;        ///< of the socket; whoever takes it closes it
