@@ -57,6 +57,7 @@ bool Line::obey(Joint& joint, const Finding& finding, TimePoint now)
     if (finding.measure == Measure::stop && whole_)
         return false;
     joint.end(now);
+    joint.full_at_ = now; // whether it can do that, such as hold though it is hot
     if (finding.measure == Measure::stop) {
         joint.trouble_ = joint.closed_by_ = finding.why;
         joint.closed_ = "it was stopped after a fault; enable the robot again";

@@ -38,6 +38,36 @@ start_rad = 2.6
     EXPECT_TRUE(knee.set({.mode = Mode::position, .position_rad = rests_at - units::rad(0.2)}));
 }
 
+TEST(Beyond, AServoThatWasHeatedJustBeforeItsLimitDoesNotCoastFarBeyondIt)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[safety]\npolicy = \"hold\"\n[joint.wrist]\nbus = \"s\"\n"
+                    "id = 2\nmodel = \"SAM-20\"\nposition_min_deg = -50\nposition_max_deg = 70\n"
+                    "velocity_max_deg_s = 200\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("wrist", {.mode = Mode::velocity, .velocity_rad_s = units::rad(190)})), "");
+    bool heated = false;
+    double ended_at = 0.0, speed = 0.0;
+    const auto ran = rig.robot->run(
+        5ms,
+        [&](Robot& robot) {
+            // Whole readings are half a second apart, and this comes just after one.
+            if (!heated && robot.state("wrist")->voltage_v.at() + 10ms > rig.now() && rig.truth_rad("wrist") > 0.2) {
+                rig.inject(sim::FaultKind::hot_motor, "wrist");
+                heated = true;
+            }
+            if (robot.find("wrist")->command().mode == Mode::velocity) {
+                ended_at = rig.truth_rad("wrist");
+                speed = rig.truth_rad_s("wrist");
+            }
+        },
+        rig.now() + 3s);
+    ASSERT_TRUE(heated);
+    ASSERT_FALSE(ran.has_value());
+    ASSERT_FALSE(rig.robot->incidents().empty());
+    EXPECT_NE(rig.robot->incidents()[0].says.find("limit"), std::string::npos) << rig.robot->incidents()[0].says;
+    EXPECT_LT(units::deg(rig.truth_rad("wrist") - ended_at), units::deg(speed) * 0.03 + 15.0) << "it coasted";
+}
+
 /// A SAM that is too hot controls no position: told to hold, it would coast, and leap when it has cooled.
 TEST(Beyond, AServoThatIsTooHotToHoldIsBrakedAndDoesNotCoastOnNorLeapWhenItHasCooled)
 {
