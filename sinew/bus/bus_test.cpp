@@ -85,6 +85,19 @@ TEST(Bus, CallsADeviceAndReturnsItsTypedAnswer)
     EXPECT_EQ(clock.now().time_since_epoch(), 1s + 3ms);
 }
 
+TEST(Bus, AnExchangeOfOneRequestFailsAsAWholeOnlyWhenTheLinkIsLost)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    const auto request = *wire::make_request(3, fake::Read{});
+    Result result;
+    for (const bool answers : {true, false}) {
+        rig.responder.answers = answers;
+        EXPECT_TRUE(rig.bus->exchange({&request, 1}, {&result, 1}).has_value());
+        EXPECT_EQ(result.good, answers);
+    }
+}
+
 TEST(Bus, AsksNothingOfTheHeapInTheSteadyState)
 {
     JumpingClock clock;

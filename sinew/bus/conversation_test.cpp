@@ -267,6 +267,20 @@ TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
     EXPECT_EQ(talk.results[2].reply()->data[1], 12);
 }
 
+TEST(Conversation, EndsEveryRequestAtOnceWhileAStopIsOnItsWay)
+{
+    Talk talk(framed);
+    const auto stop = *wire::make_request(9, fake::Set{});
+    Result stopped;
+    talk.conversation.begin_stop({&stop, 1}, {&stopped, 1});
+    talk.ask(std::pair{1, fake::Read{}}, std::pair{2, fake::Read{}}, std::pair{3, fake::Read{}});
+    for (std::size_t i = 0; i < talk.results.size(); ++i) {
+        EXPECT_EQ(talk.results[i].error.code, Errc::stopped) << i;
+        EXPECT_EQ(talk.results[i].error.id, static_cast<int>(i) + 1);
+    }
+    EXPECT_EQ(talk.sent(), stop.frame);
+}
+
 TEST(Conversation, FindsWhoseAnswerItIsOnCanInWhateverOrderTheyCome)
 {
     Talk talk(framed, true);

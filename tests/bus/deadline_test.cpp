@@ -299,16 +299,23 @@ TEST(Group, TakesOneAnswerOfEachMotorAndASecondOneIsAStray)
     ASSERT_TRUE(plan.has_value()) << to_sentence(plan.error());
     bus::Conversation conversation(rmd::protocol(), {.can = true, .bit_rate = 1'000'000}, {});
     bus::Result result;
-    const TimePoint start{1s};
-    conversation.begin(plan->all(), {&result, 1});
-    ASSERT_EQ(conversation.next(start).transmit.size(), 1U);
-    conversation.transmitted(1, start);
-    const auto answer = *wire::encode_reply<rmd::TorqueClosedLoop>(1, {.temperature = 30});
-    conversation.received(answer, start + 1ms);
-    conversation.received(answer, start + 2ms);
-    EXPECT_EQ(result.reply_count, 1);
-    EXPECT_EQ(conversation.counters().strays, 1U);
-    EXPECT_FALSE(conversation.next(start + 2ms).done);
+    TimePoint now{1s};
+    const auto answer = [&](int number) {
+        conversation.received(*wire::encode_reply<rmd::TorqueClosedLoop>(number, {.temperature = 30}), now += 1ms);
+    };
+    for (const unsigned round : {1U, 2U}) {
+        conversation.begin(plan->all(), {&result, 1});
+        ASSERT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+        answer(1);
+        answer(1);
+        EXPECT_EQ(result.reply_count, 1);
+        EXPECT_EQ(conversation.counters().strays, round);
+        EXPECT_FALSE(conversation.next(now).done);
+        answer(2);
+        EXPECT_EQ(result.reply_count, 2);
+        EXPECT_TRUE(conversation.next(now).done);
+    }
 }
 
 TEST(Group, ThatNobodyAnswersIsATimeOut)
