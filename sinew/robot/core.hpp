@@ -22,7 +22,7 @@ public:
     std::expected<void, Error> run(Duration period, const std::function<bool()>& each, TimePoint until);
     std::expected<void, Error> home(std::span<Joint* const> all, Duration within);
     std::expected<void, Error> read(Depth depth);
-    std::vector<Stopped> stop(std::string why);
+    std::vector<Stopped> stop(const std::string& why);
     void request_stop() noexcept;
 
     config::RobotFile file;

@@ -102,7 +102,7 @@ void Core::verify(std::vector<Stopped>& outcomes)
     }
 }
 
-std::vector<Stopped> Core::stop(std::string why)
+std::vector<Stopped> Core::stop(const std::string& why)
 {
     const bool was_enabled = enabled;
     enabled = false;
