@@ -46,10 +46,7 @@ std::expected<Change, Error> change_from(const Words& words, const Device& devic
                     fmt::format("{} has no bit rate {}; it has {}", family.name, **wanted, fmt::join(rates, ", ")));
     }
     const std::string word = fmt::format("baud_code={}", rate->code);
-    const auto values = values_from(device, *message, {&word, 1});
-    if (!values)
-        return std::unexpected(values.error());
-    auto asked = request(device, *message, *values);
+    auto asked = request_from(device, *message, {&word, 1});
     if (!asked)
         return std::unexpected(asked.error());
     return Change{.request = *asked, .bit_rate = rate->bps};
@@ -165,8 +162,7 @@ Outcome run(const Words& words)
         return done(words, *device, old_rate, old_rate);
     if (auto can = host_can(**bus, old_rate, change->bit_rate); !can)
         return std::unexpected(can.error());
-    const auto sent = ask_counted(**bus, *device, change->request);
-    if (!sent && (sent.error().code == Errc::stopped || sent.error().code < Errc::timeout))
+    if (auto sent = write_once(**bus, *device, change->request); !sent)
         return std::unexpected(sent.error());
     return verify(words, **bus, *device, old_rate, change->bit_rate);
 }

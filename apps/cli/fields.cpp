@@ -176,4 +176,11 @@ std::expected<wire::Values, Error> values_from(const Device& device, const wire:
     return out;
 }
 
+std::expected<wire::Request, Error> request_from(const Device& device, const wire::MessageInfo& message,
+                                                 std::span<const std::string> words)
+{
+    const auto values = values_from(device, message, words);
+    return values ? request(device, message, *values) : std::unexpected(values.error());
+}
+
 } // namespace sinew::cli

@@ -9,4 +9,8 @@ namespace sinew::cli {
 std::expected<wire::Values, Error> values_from(const Device& device, const wire::MessageInfo& message,
                                                std::span<const std::string> words);
 
+/// The request of a message with fields as they are written on the command line, such as "new_id=9".
+std::expected<wire::Request, Error> request_from(const Device& device, const wire::MessageInfo& message,
+                                                 std::span<const std::string> words);
+
 } // namespace sinew::cli

@@ -119,6 +119,12 @@ std::optional<std::int64_t> flash_writes(const Device& device)
     return entry != nullptr ? entry->whole("writes") : std::optional<std::int64_t>(0);
 }
 
+std::expected<void, Error> write_once(bus::Bus& bus, const Device& device, const wire::Request& request)
+{
+    const auto sent = ask_counted(bus, device, request);
+    return sent || may_pass(sent.error().code) ? std::expected<void, Error>{} : std::unexpected(sent.error());
+}
+
 void count_flash_write(const Device& device)
 {
     if (!is_counted(device))

@@ -19,6 +19,8 @@ std::optional<std::int64_t> flash_writes(const Device& device);
 /// As `ask`. A message that writes flash is counted once it may have been carried out; where the ledger cannot be
 /// written that is said on stderr, for the write has happened.
 std::expected<wire::Values, Error> ask_counted(bus::Bus& bus, const Device& device, const wire::Request& request);
+/// The same where another look tells whether it was carried out: an answer that is missing or spoiled is no error.
+std::expected<void, Error> write_once(bus::Bus& bus, const Device& device, const wire::Request& request);
 /// Counts one write.
 void count_flash_write(const Device& device);
 /// The count of a device that answers at another id from now on.

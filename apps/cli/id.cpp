@@ -31,10 +31,7 @@ std::expected<Change, Error> change_from(const Words& words, const Device& devic
                                                    "is set by switches or with the vendor's tool",
                                                    family.name, device.line().name));
     const std::string word = fmt::format("new_id={}", **new_id);
-    const auto values = values_from(device, *message, {&word, 1});
-    if (!values)
-        return std::unexpected(values.error());
-    auto asked = request(device, *message, *values);
+    auto asked = request_from(device, *message, {&word, 1});
     if (!asked)
         return std::unexpected(asked.error());
     return Change{.request = *asked, .new_id = static_cast<int>(**new_id)};
@@ -122,8 +119,7 @@ Outcome run(const Words& words)
                     fmt::format("id {} is taken: somebody answers there, and two devices of one id talk at the same "
                                 "time; nothing was written",
                                 new_id));
-    const auto sent = ask_counted(**bus, *device, change->request);
-    if (!sent && (sent.error().code == Errc::stopped || sent.error().code < Errc::timeout))
+    if (auto sent = write_once(**bus, *device, change->request); !sent)
         return std::unexpected(sent.error());
     return verify(words, **bus, *device, new_id);
 }

@@ -1,6 +1,7 @@
 #include "apps/cli/verb.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/base/seconds.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -53,7 +54,7 @@ std::expected<std::optional<Duration>, Error> Words::period(std::string_view nam
     if (problem != std::errc{} || (!unit.empty() && unit != "Hz") || !(rate > 0.0 && rate <= highest_hz))
         return fail(Errc::bad_argument,
                     fmt::format("{} takes looks per second up to {:g}, not '{}'", name, highest_hz, *word));
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / rate));
+    return from_seconds(1.0 / rate);
 }
 
 std::expected<Duration, Error> duration_from(std::string_view name, std::string_view word)
@@ -66,7 +67,7 @@ std::expected<Duration, Error> duration_from(std::string_view name, std::string_
     if (problem != std::errc{} || scale == 0.0 || !std::isfinite(value) || value <= 0.0 || value * scale > longest_s)
         return fail(Errc::bad_argument,
                     fmt::format("{} takes a time such as 10s, 500ms or 2min, not '{}'", name, word));
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value * scale));
+    return from_seconds(value * scale);
 }
 
 std::span<const Verb> verbs()

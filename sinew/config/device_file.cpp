@@ -105,25 +105,15 @@ std::unexpected<Error> fail_at(const DeviceFile& file, Mark at, std::string what
 
 std::expected<DeviceFile, Error> parse_device_file(std::string_view text, std::string path)
 {
-    DeviceFile file{.path = std::move(path)};
-    const auto document = parse_document(text, file.path);
-    if (!document)
-        return std::unexpected(document.error());
-    Reader reader{file.path};
-    check_version(reader, *document, owner);
-    reader.only(*document, owner, file_keys);
-    file.devices = read_named<DeviceEntry>(reader, *document, "device", read_device);
-    if (reader.failed())
-        return std::unexpected(reader.take_error());
-    return file;
+    return parse_file<DeviceFile>(text, std::move(path), owner, file_keys,
+                                  [](Reader& reader, const toml::table& document, DeviceFile& file) {
+                                      file.devices = read_named<DeviceEntry>(reader, document, "device", read_device);
+                                  });
 }
 
 std::expected<DeviceFile, Error> read_device_file(const std::filesystem::path& path)
 {
-    const auto text = read_text(path, owner);
-    if (!text)
-        return std::unexpected(text.error());
-    return parse_device_file(*text, path.string());
+    return read_file<DeviceFile>(path, owner, parse_device_file);
 }
 
 std::string to_toml(const DeviceFile& file)

@@ -25,25 +25,15 @@ std::unexpected<Error> fail_at(const FlashFile& file, Mark at, std::string what)
 
 std::expected<FlashFile, Error> parse_flash_file(std::string_view text, std::string path)
 {
-    FlashFile file{.path = std::move(path)};
-    const auto document = parse_document(text, file.path);
-    if (!document)
-        return std::unexpected(document.error());
-    Reader reader{file.path};
-    check_version(reader, *document, owner);
-    reader.only(*document, owner, file_keys);
-    file.joints = read_named<FlashJoint>(reader, *document, "joint", read_joint);
-    if (reader.failed())
-        return std::unexpected(reader.take_error());
-    return file;
+    return parse_file<FlashFile>(text, std::move(path), owner, file_keys,
+                                 [](Reader& reader, const toml::table& document, FlashFile& file) {
+                                     file.joints = read_named<FlashJoint>(reader, document, "joint", read_joint);
+                                 });
 }
 
 std::expected<FlashFile, Error> read_flash_file(const std::filesystem::path& path)
 {
-    const auto text = read_text(path, owner);
-    if (!text)
-        return std::unexpected(text.error());
-    return parse_flash_file(*text, path.string());
+    return read_file<FlashFile>(path, owner, parse_flash_file);
 }
 
 } // namespace sinew::config

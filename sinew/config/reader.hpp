@@ -105,4 +105,30 @@ std::vector<T> read_named(Reader& reader, const toml::table& document, std::stri
     return all;
 }
 
+/// A document of one kind: its version and keys are checked, and `fill` reads the rest into the file.
+template <class File, class Fill>
+std::expected<File, Error> parse_file(std::string_view text, std::string path, std::string_view owner,
+                                      std::span<const std::string_view> keys, const Fill& fill)
+{
+    File file{.path = std::move(path)};
+    const auto document = parse_document(text, file.path);
+    if (!document)
+        return std::unexpected(document.error());
+    Reader reader{file.path};
+    check_version(reader, *document, owner);
+    reader.only(*document, owner, keys);
+    fill(reader, *document, file);
+    if (reader.failed())
+        return std::unexpected(reader.take_error());
+    return file;
+}
+
+/// The same of a file that is read first.
+template <class File, class Parse>
+std::expected<File, Error> read_file(const std::filesystem::path& path, std::string_view owner, const Parse& parse)
+{
+    const auto text = read_text(path, owner);
+    return text ? parse(*text, path.string()) : std::expected<File, Error>(std::unexpected(text.error()));
+}
+
 } // namespace sinew::config

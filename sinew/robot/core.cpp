@@ -1,5 +1,7 @@
 #include "sinew/robot/core.hpp"
 
+#include "sinew/base/seconds.hpp"
+
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
@@ -11,7 +13,7 @@ Duration period_of(const config::Bus& bus)
 {
     if (!bus.rate_hz)
         return {};
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1.0 / *bus.rate_hz));
+    return from_seconds(1.0 / *bus.rate_hz);
 }
 
 bool is_can(const link::AnyLink& link)

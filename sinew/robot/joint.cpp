@@ -1,6 +1,7 @@
 #include "sinew/robot/joint.hpp"
 
 #include "sinew/actuator/check.hpp"
+#include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/family/drivers.hpp"
 
@@ -17,11 +18,6 @@ constexpr Duration longest_step = std::chrono::milliseconds{50};
 /// What nobody acknowledges is said again after so long.
 constexpr Duration repetition = std::chrono::milliseconds{250};
 
-Duration duration_of(double s)
-{
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
-
 Rules rules_of(const config::Joint& joint, const config::Safety& safety)
 {
     const auto or_else = [](const std::optional<double>& own, const std::optional<double>& common) {
@@ -34,10 +30,10 @@ Rules rules_of(const config::Joint& joint, const config::Safety& safety)
                            .torque_max_nm = joint.torque_max_nm,
                            .step_max_rad = or_else(joint.step_max_rad, safety.step_max_rad),
                            .temperature_max_c = or_else(joint.temperature_max_c, safety.temperature_max_c)},
-                .silence_max = duration_of(safety.silence_max_s),
-                .stop_time = duration_of(joint.stop_time_s.value_or(safety.stop_time_s))};
+                .silence_max = from_seconds(safety.silence_max_s),
+                .stop_time = from_seconds(joint.stop_time_s.value_or(safety.stop_time_s))};
     if (safety.command_timeout_s)
-        rules.command_timeout = duration_of(*safety.command_timeout_s);
+        rules.command_timeout = from_seconds(*safety.command_timeout_s);
     return rules;
 }
 
@@ -249,7 +245,7 @@ void Joint::rest_of_move(Command& command, TimePoint at) const
         return;
     }
     const double way = std::abs(*command.position_rad - state_.position_rad.value_or(*command.position_rad));
-    const Duration least = mean_velocity_rad_s_ > 0.0 ? duration_of(way / mean_velocity_rad_s_) : Duration{};
+    const Duration least = mean_velocity_rad_s_ > 0.0 ? from_seconds(way / mean_velocity_rad_s_) : Duration{};
     command.duration = std::max<Duration>({deadline_ - at, least, std::chrono::milliseconds{1}});
 }
 

@@ -1,6 +1,7 @@
 #include "sinew/robot/play.hpp"
 
 #include "sinew/actuator/check.hpp"
+#include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/pose.hpp"
 
@@ -106,8 +107,7 @@ private:
         double slowest_s = seconds(options_.period);
         for (const config::Bus& bus : robot_.file().buses)
             slowest_s = std::max(slowest_s, bus.rate_hz ? 1.0 / *bus.rate_hz : 0.0);
-        const TimePoint sent =
-            robot_.clock().now() + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(2.0 * slowest_s));
+        const TimePoint sent = robot_.clock().now() + from_seconds(2.0 * slowest_s);
         return robot_.run(
             options_.period,
             [&](Robot&) {

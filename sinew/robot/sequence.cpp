@@ -1,5 +1,6 @@
 #include "sinew/robot/sequence.hpp"
 
+#include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/pose.hpp"
 
@@ -15,11 +16,6 @@ using config::Condition;
 using config::Step;
 
 constexpr int most_steps_a_call = 64; ///< of those that take no time; the next call goes on
-
-Duration from_seconds(double time_s)
-{
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time_s));
-}
 
 /// What a condition looks at, if it was measured since.
 std::optional<double> measured(const actuator::Measured<double>& value, TimePoint since)

@@ -1,25 +1,18 @@
 #include "sinew/sim/world.hpp"
 
+#include "sinew/base/seconds.hpp"
+
 #include <algorithm>
 #include <limits>
 
 namespace sinew::sim {
 
-namespace {
-
-Duration duration(double s)
-{
-    return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
-}
-
-} // namespace
-
 void World::inject(const Fault& fault)
 {
-    const TimePoint begins = now_ + duration(fault.at_s);
+    const TimePoint begins = now_ + from_seconds(fault.at_s);
     faults_.push_back({.fault = fault,
                        .begins = begins,
-                       .ends = fault.for_s > 0.0 ? begins + duration(fault.for_s) : TimePoint::max()});
+                       .ends = fault.for_s > 0.0 ? begins + from_seconds(fault.for_s) : TimePoint::max()});
 }
 
 std::size_t World::mend(std::string_view target)
@@ -135,7 +128,7 @@ void World::turn_wire(const Fault& changed)
             all.add_byte = fault.probability;
         else if (fault.kind == FaultKind::delay_replies) {
             all.delay_reply = fault.probability;
-            all.reply_delay = duration(fault.delay_s);
+            all.reply_delay = from_seconds(fault.delay_s);
         }
     }
     const Device* device = find_device(changed.joint);

@@ -1,6 +1,7 @@
 #include "sinew/family/nuri/driver.hpp"
 
 #include "sinew/actuator/check.hpp"
+#include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/family/nuri/messages.hpp"
 
@@ -65,8 +66,7 @@ Driver::Driver(const Spec& spec) : spec_(spec)
     can_.position_step_rad = units::rad(position_lsb_deg);
     can_.velocity = can_.velocity_limit = can_.timed = can_.timed_velocity = actuator::able;
     can_.timing = actuator::Timing::by_device;
-    can_.duration_max =
-        std::chrono::duration_cast<Duration>(std::chrono::duration<double>(static_cast<double>(longest) * time_lsb_s));
+    can_.duration_max = from_seconds(static_cast<double>(longest) * time_lsb_s);
     can_.current.why_not = can_.current_limit.why_not = can_.torque.why_not = can_.duty.why_not = no_current;
     can_.brake.why_not = "the protocol has no brake; release takes the torque off";
     can_.measures_velocity = can_.measures_current = can_.measures_enabled = true;
