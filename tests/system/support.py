@@ -42,9 +42,9 @@ def as_json(*words, code=0):
 class Simulator:
     """`sinew sim` of a robot file, with its links by bus name; `words` are further options."""
 
-    def __init__(self, robot=DEMO, buses=3, words=(), stderr=None):
+    def __init__(self, robot=DEMO, buses=3, words=(), stderr=None, env=None):
         self.process = subprocess.Popen([SINEW, "sim", robot, *words], stdout=subprocess.PIPE, stderr=stderr, text=True,
-                                        env=environment())
+                                        env=env or environment())
         self.lines = [self.process.stdout.readline().rstrip("\n") for _ in range(buses)]
         self.link = {line.split()[0]: line.split()[2] for line in self.lines}
         self.robot = ["--robot", robot]
@@ -62,14 +62,14 @@ class Simulator:
 class Terminal:
     """A command whose stdin and stderr, and stdout unless it is kept apart, are a terminal."""
 
-    def __init__(self, *words, stdout=None, columns=80, cwd=SOURCE):
+    def __init__(self, *words, stdout=None, columns=80, cwd=SOURCE, env=None):
         self.master, slave = pty.openpty()
         import fcntl
         import struct
         import termios
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
         self.process = subprocess.Popen([SINEW, *words], stdin=slave, stderr=slave, stdout=stdout or slave,
-                                        env=environment(), cwd=cwd)
+                                        env=env or environment(), cwd=cwd)
         os.close(slave)
         self.seen = ""
 
