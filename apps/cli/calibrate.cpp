@@ -8,9 +8,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <iostream>
-#include <poll.h>
-#include <unistd.h>
 
 namespace sinew::cli {
 namespace {
@@ -61,13 +58,6 @@ std::expected<std::vector<Turned>, Error> open_released(Session& session, std::v
     return all;
 }
 
-/// With a terminal only: the end of an input is no Enter.
-bool enter_was_pressed()
-{
-    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-    return ::poll(&input, 1, 0) > 0;
-}
-
 void show_table(const std::vector<Turned>& all, bool first)
 {
     Table table({"NAME", "MIN", "POS", "MAX"});
@@ -93,8 +83,8 @@ std::expected<void, Error> take_middle(std::vector<Turned>& all)
     return {};
 }
 
-/// Until Enter or the end of the time.
-std::expected<void, Error> watch_hands(Session& session, std::vector<Turned>& all, std::optional<Duration> time)
+/// Until Enter or the end of the time; false: the input has ended before.
+std::expected<bool, Error> watch_hands(Session& session, std::vector<Turned>& all, std::optional<Duration> time)
 {
     const bool live = stderr_is_terminal();
     const TimePoint begin = session.clock().now();
@@ -102,15 +92,15 @@ std::expected<void, Error> watch_hands(Session& session, std::vector<Turned>& al
     bool first = true;
     for (TimePoint next = begin; next < end && !interrupted(); next += period) {
         wait_until(session, next);
-        if (!time && enter_was_pressed())
-            return {};
+        if (const auto key = time ? Typed::nothing : typed(); key != Typed::nothing)
+            return key == Typed::enter;
         for (auto& one : all)
             if (auto read = look(one); !read)
-                return read;
+                return std::unexpected(read.error());
         if (live)
             show_table(all, std::exchange(first, false));
     }
-    return {};
+    return true;
 }
 
 void print_limits(const Words& words, const std::vector<Turned>& all)
@@ -133,14 +123,22 @@ void print_limits(const Words& words, const std::vector<Turned>& all)
         print(out);
 }
 
-/// A line of stdin: Enter on a terminal.
-void wait_for_enter(std::string_view request)
+/// A line of stdin: Enter on a terminal. False where the input has ended.
+bool wait_for_enter(std::string_view request)
 {
     fmt::print(stderr, "{} ", request);
-    std::string line;
-    std::getline(std::cin, line);
-    if (!stdin_is_terminal())
+    const auto what = wait_for_line();
+    if (!stdin_is_terminal() || what != Typed::enter)
         fmt::print(stderr, "\n");
+    return what == Typed::enter;
+}
+
+int give_up()
+{
+    if (interrupted())
+        return exit_interrupted;
+    fmt::print(stderr, "The input ended before Enter was pressed: nothing was found. The joints stay released.\n");
+    return exit_refused;
 }
 
 Outcome run(const Words& words)
@@ -164,17 +162,17 @@ Outcome run(const Words& words)
     auto all = open_released(session, std::move(*devices));
     if (!all)
         return std::unexpected(all.error());
-    wait_for_enter("Turn every joint to its middle position, and press Enter.");
-    if (interrupted())
-        return exit_interrupted;
+    if (!wait_for_enter("Turn every joint to its middle position, and press Enter.") || interrupted())
+        return give_up();
     if (auto taken = take_middle(*all); !taken)
         return std::unexpected(taken.error());
     if (!*time)
         fmt::print(stderr, "Turn every joint to both of its ends, and press Enter.\n");
-    if (auto watched = watch_hands(session, *all, *time); !watched)
+    const auto watched = watch_hands(session, *all, *time);
+    if (!watched)
         return std::unexpected(watched.error());
-    if (interrupted())
-        return exit_interrupted;
+    if (!*watched || interrupted())
+        return give_up();
     print_limits(words, *all);
     return exit_done;
 }

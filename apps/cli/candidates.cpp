@@ -95,6 +95,22 @@ std::vector<std::string> bus_names(const Words& words, std::string_view ending)
     return out;
 }
 
+/// Of the robot file; `sequences`: those as well.
+std::vector<std::string> pose_names(const Words& words, bool sequences)
+{
+    const auto path = robot_path(words);
+    const auto file = path ? config::read_robot_file(*path) : std::expected<config::RobotFile, Error>{};
+    std::vector<std::string> out;
+    if (!file)
+        return out;
+    for (const auto& pose : file->poses)
+        out.push_back(pose.name);
+    if (sequences)
+        for (const auto& sequence : file->sequences)
+            out.push_back(sequence.name);
+    return out;
+}
+
 template <class Name>
 std::vector<std::string> message_names(const Words& words, const Name& name)
 {
@@ -115,9 +131,12 @@ std::vector<std::string> values(const Line& line, std::string_view kind)
 {
     const auto& words = line.words;
     std::vector<std::string> out;
-    if (kind == "TARGET" || kind == "JOINT" || (kind == "NAME" && line.verb->name == "sim step")) {
+    const bool names_joint = line.open != nullptr && line.open->name == "--joint";
+    if (names_joint || kind == "TARGET" || kind == "JOINT" || (kind == "NAME" && line.verb->name == "sim step")) {
         for (const auto& device : robot(words))
             out.push_back(device.name);
+    } else if (kind == "POSE" || (kind == "NAME" && line.verb->name == "play")) {
+        out = pose_names(words, kind == "NAME");
     } else if (kind == "F" || kind == "FAMILY") {
         out = families_list();
     } else if (kind == "BUS") {

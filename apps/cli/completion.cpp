@@ -69,7 +69,8 @@ Verb completion_verb()
                      {"sinew completion fish", "into ~/.config/fish/completions/sinew.fish"},
                      {"sinew completion words -- sinew get elbow in", "what the shells ask"}},
         .run = run,
-        .more = "Verbs, options, families, models, joints and buses of the robot file (--robot or SINEW_ROBOT), and "
+        .more = "Verbs, options, families, models, joints, buses, poses and sequences of the robot file (--robot or "
+                "SINEW_ROBOT), and "
                 "the messages of the device that is named."};
 }
 

@@ -159,17 +159,18 @@ std::expected<config::DeviceEntry, Error> read_entry(bus::Bus& bus, const Device
     return out;
 }
 
-std::expected<const config::DeviceEntry*, Error> entry_for(const config::DeviceFile& file, const Device& device)
+std::expected<const config::DeviceEntry*, Error> entry_for(const config::DeviceFile& file, const Device& device,
+                                                           const std::optional<std::string>& name)
 {
-    if (const auto* entry = file.find(file_name_of(device)))
+    if (const auto* entry = file.find(name.value_or(file_name_of(device))))
         return entry;
-    if (file.devices.size() == 1)
+    if (file.devices.size() == 1 && !name)
         return &file.devices.front();
     std::vector<std::string_view> names;
     for (const auto& one : file.devices)
         names.push_back(one.name);
     return fail(Errc::unknown_name,
-                fmt::format("{} has nothing of {}; it has {}", file.path, device.name,
+                fmt::format("{} has nothing of {}; it has {}", file.path, name.value_or(device.name),
                             names.empty() ? "no device" : fmt::format("{}", fmt::join(names, ", "))));
 }
 

@@ -26,8 +26,10 @@ std::expected<config::DeviceEntry, Error> read_entry(bus::Bus& bus, const Device
 /// "sam-3" for "sam 3": names in files have no blanks.
 std::string file_name_of(const Device& device);
 
-/// The entry for a device: that of its name or, in a file of one device, that one.
-std::expected<const config::DeviceEntry*, Error> entry_for(const config::DeviceFile& file, const Device& device);
+/// The entry for a device: that of `name` where it is given, else that of the device's own name or, in a file of one
+/// device, that one.
+std::expected<const config::DeviceEntry*, Error> entry_for(const config::DeviceFile& file, const Device& device,
+                                                           const std::optional<std::string>& name = {});
 
 /// TARGET or, without it, the joints of the robot file that the file of settings has. `unknown_name` for a device of
 /// the file that the robot does not have.

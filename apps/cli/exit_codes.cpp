@@ -9,7 +9,7 @@ std::span<const ExitCode> exit_codes()
     using enum Errc;
     static const std::vector<ExitCode> all{
         {exit_done, "done", {}},
-        {exit_internal, "a bug of sinew, or its output could not be written", {}},
+        {exit_internal, "a bug of sinew, or stdout could not be written", {}},
         {exit_usage,
          "a word, name, number or id that cannot be right; nothing was sent",
          {bad_argument, out_of_range, unknown_name, missing_field, bad_id, bad_hex, bad_uri}},
@@ -21,11 +21,12 @@ std::span<const ExitCode> exit_codes()
         {exit_bad_answer,
          "bytes or an answer that are wrong",
          {bad_length, bad_constant, bad_checksum, bad_repeat, bad_reply}},
-        {9, "a file that cannot be used", {bad_file}},
+        {9, "a file that cannot be used, or can take no more (a full disk)", {bad_file}},
         {exit_refused, "refused: the device or its firmware line cannot do it", {not_in_profile, unsupported}},
         {exit_diagnosed_warning, "doctor found warnings, and nothing worse", {}},
         {exit_diagnosed_error, "doctor found errors", {}},
         {exit_differs, "diff found differences", {}},
+        {exit_at_limit, "a joint came to a limit of the robot file and was stopped", {}},
         {exit_interrupted, "ended by Ctrl-C", {stopped}},
     };
     return all;

@@ -23,6 +23,7 @@ inline constexpr int exit_refused = 10;
 inline constexpr int exit_diagnosed_warning = 11;
 inline constexpr int exit_diagnosed_error = 12;
 inline constexpr int exit_differs = 13;
+inline constexpr int exit_at_limit = 14;
 inline constexpr int exit_interrupted = 130;
 
 std::span<const ExitCode> exit_codes();

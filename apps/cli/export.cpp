@@ -1,5 +1,6 @@
 #include "apps/cli/device.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/json.hpp"
 #include "apps/cli/new_file.hpp"
 #include "apps/cli/recording.hpp"
 #include "apps/cli/terminal.hpp"
@@ -76,7 +77,7 @@ std::string quoted(std::string text)
     return '"' + text + '"';
 }
 
-Outcome write_csv(const Words& words, Topic topic, Place& place)
+Outcome write_csv(const Words& words, Topic topic, Place& place, std::int64_t& rows)
 {
     const bool joints = topic != Topic::event;
     const auto columns = record::columns_of(topic);
@@ -95,6 +96,7 @@ Outcome write_csv(const Words& words, Topic topic, Place& place)
             line += ',' + quoted(one.name);
         for (const auto& column : columns)
             line += ',' + quoted(text_of(one.fields, column));
+        ++rows;
         return place.write(line + '\n');
     });
     if (outcome)
@@ -102,7 +104,7 @@ Outcome write_csv(const Words& words, Topic topic, Place& place)
     return outcome;
 }
 
-Outcome write_frames(const Words& words, record::Writer& writer, Place& place)
+Outcome write_frames(const Words& words, record::Writer& writer, Place& place, std::int64_t& rows)
 {
     std::optional<Error> problem;
     std::string text;
@@ -114,6 +116,7 @@ Outcome write_frames(const Words& words, record::Writer& writer, Place& place)
         if (!added)
             problem = added.error();
         const bool good = added && place.write(text);
+        rows += good ? 1 : 0;
         text.clear();
         return good;
     });
@@ -146,18 +149,25 @@ Outcome run(const Words& words)
         return fail(Errc::bad_argument, "--of and --joint go with --to csv; for frames there is --bus");
     if (format == "csv" && words.has("--bus"))
         return fail(Errc::bad_argument, "--bus goes with --to candump and --to pcapng; for states there is --joint");
+    if (words.json() && !words.has("--out"))
+        return fail(Errc::bad_argument,
+                    "--json tells what was written, with --out FILE; sinew replay FILE --json prints "
+                    "what is in a recording as JSON");
     auto place = Place::make(words, format == "pcapng");
     if (!place)
         return std::unexpected(place.error());
     record::CandumpWriter candump;
     record::PcapngWriter pcapng;
-    const auto outcome = format == "csv"       ? write_csv(words, *topic, *place)
-                         : format == "candump" ? write_frames(words, candump, *place)
-                                               : write_frames(words, pcapng, *place);
+    std::int64_t rows = 0;
+    const auto outcome = format == "csv"       ? write_csv(words, *topic, *place, rows)
+                         : format == "candump" ? write_frames(words, candump, *place, rows)
+                                               : write_frames(words, pcapng, *place, rows);
     if (!outcome)
         return outcome;
     if (auto kept = place->keep(); !kept)
         return std::unexpected(kept.error());
+    if (words.json())
+        print(Json::object({{"file", *words.text("--out")}, {"format", format}, {"rows", rows}}));
     return outcome;
 }
 
@@ -173,7 +183,8 @@ Verb export_verb()
                     {"--out", "FILE", "where to; stdout where it is not given"},
                     {"--of", "WHAT", "csv: states (where it is not given), commands or events"},
                     joint_option,
-                    {"--bus", "NAME", "frames of this bus only; may be given more than once", true}},
+                    {"--bus", "NAME", "frames of this bus only; may be given more than once", true},
+                    {"--json", "", "with --out: print what was written"}},
         .examples = {{"sinew export run.mcap --to csv --out run.csv", "for a spreadsheet"},
                      {"sinew export run.mcap --to csv --of commands --joint elbow", "what one joint was told"},
                      {"sinew export run.mcap --to pcapng --out run.pcapng", "for Wireshark"},

@@ -122,8 +122,13 @@ std::expected<void, Error> Gains::store(bus::Bus& bus, const Device& device) con
         const auto asked = request_of(device, one.setting, *one.setting.write, one.now);
         if (!asked)
             return std::unexpected(asked.error());
-        if (const auto sent = ask_counted(bus, device, *asked); !sent)
-            return std::unexpected(sent.error());
+        if (const auto sent = ask_counted(bus, device, *asked); !sent) {
+            std::string stored;
+            for (const auto& before : std::span(all_).first(static_cast<std::size_t>(&one - all_.data())))
+                stored += fmt::format("{} is in flash, ", before.setting.info->name);
+            return fail(sent.error().code, fmt::format("{}whether {} of {} is in flash is not known: {}", stored,
+                                                       one.setting.info->name, device.name, to_sentence(sent.error())));
+        }
     }
     return {};
 }

@@ -20,7 +20,7 @@ public:
     std::expected<void, Error> set_trial(bus::Bus& bus, const Device& device) const;
     /// What was there before, until power-off.
     std::expected<void, Error> set_back(bus::Bus& bus, const Device& device) const;
-    /// In flash, what differs from before.
+    /// In flash. The error says what was stored before it, and what may be.
     std::expected<void, Error> store(bus::Bus& bus, const Device& device) const;
 
 private:

@@ -123,7 +123,7 @@ std::string help(const Verb& verb)
         out += fmt::format("\n{}\n", bold("Examples"));
     for (const auto& e : verb.examples)
         out += fmt::format("  {}\n      {}\n", wrap(e.line, 6, fits()), wrap(e.says, 6, fits()));
-    return out + "\nExit codes: sinew --help\n";
+    return out + section("Exit codes", exit_code_rows());
 }
 
 std::string help()

@@ -1,6 +1,8 @@
 #include "apps/cli/confirm.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/home_stop.hpp"
 #include "apps/cli/moving.hpp"
+#include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 
 #include <algorithm>
@@ -29,12 +31,20 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
     if (!words.json())
         fmt::print("{}\n", driven->device.name);
     show_state(words, *driven, {});
+    if (driven->device.joint != nullptr && driven->device.joint->home.to_stop) {
+        constexpr Duration longest_search = std::chrono::seconds(120);
+        const auto ended = find_stop(words, session, *driven, longest_search);
+        if (!ended)
+            return std::unexpected(ended.error());
+        if (*ended)
+            return **ended;
+    }
     const double way = std::abs(position_of(*driven));
-    const auto needed = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(2.0 * way / speed_rad_s));
+    const auto needed = from_seconds(2.0 * way / speed_rad_s);
     auto done = move_to(words, session, *driven,
                         {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
     if (!done)
-        (void)hold(*driven); // what is in its way would be pushed with all there is
+        (void)come_to_rest(*driven); // what is in its way would be pushed with all there is
     return done;
 }
 
@@ -57,8 +67,14 @@ Outcome run(const Words& words)
             return std::unexpected(fine.error());
         names.push_back(device.name);
     }
-    const auto yes = confirm(words, fmt::format("{} will turn to zero, one after the other, at {:g} deg/s at most",
-                                                fmt::join(names, ", "), units::deg(speed_rad_s)));
+    std::string question = fmt::format("{} will turn to zero, one after the other, at {:g} deg/s at most",
+                                       fmt::join(names, ", "), units::deg(speed_rad_s));
+    for (const auto& device : *devices)
+        if (device.joint != nullptr && device.joint->home.to_stop)
+            question += fmt::format("; {} first turns {} with {:g} deg/s until something stops it", device.name,
+                                    device.joint->home.direction > 0 ? "up" : "down",
+                                    units::deg(device.joint->home.velocity_rad_s));
+    const auto yes = confirm(words, question);
     if (!yes)
         return std::unexpected(yes.error());
     if (!*yes)
@@ -88,8 +104,11 @@ Verb home_verb()
                      {"sinew home --robot arm.toml --sim --yes", "a whole robot, simulated"},
                      {"sinew home slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s --yes", "a device on a link"}},
         .run = run,
-        .more = "A SAM knows no speed for a move to a position; it is led in small steps. Ctrl-C makes a joint stay "
-                "where it is. A joint that does not arrive holds there, and ends it."};
+        .more =
+            "A joint with `[joint.NAME.home] routine = \"stop\"` first turns until something stops it, and counts from "
+            "there: its position_deg is where the stop is. A SAM knows no speed for a move to a position; it is led in "
+            "small steps. Ctrl-C makes a joint stay "
+            "where it is. A joint that does not arrive holds there, and ends it."};
 }
 
 } // namespace sinew::cli

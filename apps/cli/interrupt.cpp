@@ -9,17 +9,60 @@ namespace {
 
 // A signal handler reaches nothing but static storage.
 std::atomic<bool> caught{false};
+std::atomic<bool> suspension{false};
+std::atomic<int> undisturbed{0};
 std::array<std::atomic<bus::Bus*>, 64> buses{};
 
-extern "C" void on_interrupt(int)
+void stop_buses()
 {
-    caught.store(true);
     for (auto& slot : buses)
         if (auto* bus = slot.load())
             bus->request_stop();
 }
 
+extern "C" void on_interrupt(int number)
+{
+    suspension.store(number == SIGTSTP);
+    interrupt();
+}
+
 } // namespace
+
+void interrupt()
+{
+    caught.store(true);
+    if (undisturbed.load() == 0)
+        stop_buses();
+}
+
+bool was_suspension()
+{
+    return suspension.load();
+}
+
+void catch_suspension()
+{
+    struct sigaction action{};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGTSTP, &action, nullptr);
+    // Then a line to a terminal of somebody else is written, and one that is read ends at once.
+    action.sa_handler = SIG_IGN;
+    for (const int number : {SIGTTIN, SIGTTOU})
+        sigaction(number, &action, nullptr);
+}
+
+Undisturbed::Undisturbed()
+{
+    undisturbed.fetch_add(1);
+    clear_interrupt();
+}
+
+Undisturbed::~Undisturbed()
+{
+    if (undisturbed.fetch_sub(1) == 1 && interrupted())
+        stop_buses();
+}
 
 void catch_interrupts()
 {

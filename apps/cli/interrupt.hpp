@@ -8,6 +8,25 @@ void catch_interrupts();
 bool interrupted();
 /// Takes back an interrupt that was seen, so that the buses can be used to stop what moves.
 void clear_interrupt();
+/// As if Ctrl-C had been pressed.
+void interrupt();
+
+/// For verbs that move something. A program that is suspended commands nothing, and its motor turns on: from now on
+/// Ctrl-Z is a Ctrl-C, and a terminal in which it runs in the background does not suspend it either.
+void catch_suspension();
+/// Whether it was Ctrl-Z.
+bool was_suspension();
+
+/// While one of these lives a signal is only remembered: what brings a motor to rest is not cut short by a second
+/// Ctrl-C. Takes back an interrupt that was seen, so that the buses can be used.
+class Undisturbed
+{
+public:
+    Undisturbed();
+    ~Undisturbed();
+    Undisturbed(const Undisturbed&) = delete;
+    Undisturbed& operator=(const Undisturbed&) = delete;
+};
 
 /// A bus whose exchange an interrupt ends at the next frame boundary, for as long as this lives.
 class StopOnInterrupt

@@ -43,7 +43,7 @@ public:
             if (interrupted())
                 return end();
             if (!done) {
-                (void)hold(driven_);
+                (void)come_to_rest(driven_);
                 fmt::print("\n");
                 return std::unexpected(done.error());
             }
@@ -85,7 +85,7 @@ private:
             target_ = std::clamp(target_, here - ahead, here + ahead);
             done = go();
         } else if (direction_ != 0) {
-            done = hold(driven_);
+            done = come_to_rest(driven_);
         }
         direction_ = direction;
         if (looks)

@@ -11,7 +11,8 @@
 namespace sinew::cli {
 namespace {
 
-constexpr Duration step = std::chrono::milliseconds(100);       ///< between two looks
+constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two looks
+constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
 constexpr int most_looks_at_a_stop = 20;
 
@@ -37,7 +38,8 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
     // A move that takes its time may begin too gently to be seen.
     TimePoint progressed = begin + goal.duration.value_or(Duration{});
     double last = position_of(driven);
-    for (TimePoint look = begin + step;; look += step) {
+    TimePoint shown = begin;
+    for (TimePoint look = begin + tick;; look = std::max(look + tick, session.clock().now())) {
         wait_until(session, look);
         auto read = interrupted() ? std::expected<void, Error>{} : read_state(driven, actuator::Depth::motion);
         if (interrupted())
@@ -45,9 +47,16 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
         if (!read)
             return std::unexpected(read.error());
         const TimePoint now = session.clock().now();
-        show_state(words, driven, now - started);
         const double here = position_of(driven);
-        if (std::abs(here - goal.position_rad) <= tolerance_rad)
+        // More are taken than shown: where a guardian would hold must not be old.
+        const bool arrived = std::abs(here - goal.position_rad) <= tolerance_rad;
+        if (look - shown >= step) {
+            show_state(words, driven, now - started);
+            shown = look;
+        } else {
+            continue;
+        }
+        if (arrived)
             return exit_done;
         if (std::abs(here - last) > tolerance_rad / 10.0) {
             progressed = std::max(progressed, now);
@@ -68,7 +77,6 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
 /// Leads it there in small steps, for a device without a speed of its own. Nothing: it is at the last step.
 std::expected<std::optional<int>, Error> lead(const Words& words, Session& session, Driven& driven, const Goal& goal)
 {
-    constexpr Duration tick = std::chrono::milliseconds(20);
     const TimePoint begin = session.clock().now();
     const double from = position_of(driven);
     const double length = goal.position_rad - from;
@@ -96,7 +104,7 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
             return std::unexpected(sent.error());
         // What does not follow must not be led on: it would leap when it comes free.
         if (std::abs(position_of(driven) - at) > units::rad(10.0) + *goal.speed_rad_s) {
-            (void)hold(driven);
+            (void)come_to_rest(driven);
             return fail(Errc::unsupported,
                         fmt::format("{} stays behind at {:.2f} deg and holds; is something in its way?",
                                     driven.device.name, units::deg(position_of(driven))));
@@ -128,32 +136,66 @@ double position_of(const Driven& driven)
     return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
 }
 
-Outcome stop_here(Session& session, Driven& driven)
+std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise)
 {
-    clear_interrupt();
-    if (const auto held = hold(driven); !held)
+    constexpr int attempts = 3;
+    const Undisturbed undisturbed;
+    auto held = hold(driven);
+    for (int again = 1; !held && may_pass(held.error().code) && again < attempts; ++again)
+        held = hold(driven);
+    if (held || otherwise == Otherwise::nothing)
+        return held;
+    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
+    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
+{
+    using Stopped = robot::StoppedBus::Outcome;
+    const auto tell_guardian = [&](Stopped outcome) {
+        if (session.guardian() == nullptr || !session.guardian()->stop_asked())
+            return;
+        session.guardian()->stopped(0, outcome,
+                                    outcome == Stopped::failed ? "not confirmed by " + driven.device.name : "");
+        session.guardian()->stop_done();
+    };
+    if (was_suspension())
+        fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
+    if (session.guardian() != nullptr)
+        session.guardian()->stop_begun();
+    const Undisturbed undisturbed;
+    if (const auto held = come_to_rest(driven, otherwise); !held) {
+        tell_guardian(Stopped::failed);
         return std::unexpected(held.error());
+    }
     // It slows down first; what is said is where it stands.
     std::optional<double> before;
-    for (int look = 0; look < most_looks_at_a_stop; ++look) {
+    for (int look = 0; look < most_looks_at_a_stop && !interrupted(); ++look) {
         if (!read_state(driven, actuator::Depth::motion) || !driven.state.position_rad)
             break;
         if (before == driven.state.position_rad) {
+            tell_guardian(Stopped::confirmed);
             fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
             return exit_interrupted;
         }
         before = driven.state.position_rad;
-        wait_until(session, session.clock().now() + step);
+        for (const TimePoint next = session.clock().now() + step; !interrupted() && session.clock().now() < next;)
+            session.clock().wait({}, next);
     }
+    tell_guardian(Stopped::failed);
     fmt::print(stderr, "It was told to hold, but it does not stand still yet.\n");
     return exit_interrupted;
 }
 
 std::expected<Driven, Error> drive_and_read(Session& session, Device device)
 {
+    if (auto guarded = session.guard(device); !guarded)
+        return std::unexpected(guarded.error());
     auto driven = drive(session, std::move(device));
     if (!driven)
         return driven;
+    if (session.guardian() != nullptr)
+        driven->guard = std::make_unique<MotionGuard>(*session.guardian(), driven->device);
     if (auto set = set_up(*driven); !set)
         return std::unexpected(set.error());
     if (auto read = read_state(*driven, actuator::Depth::full); !read)
@@ -179,7 +221,7 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
         if (code == Errc::stopped)
             return stop_here(session, driven);
         if (code == Errc::timeout || code == Errc::bad_reply)
-            (void)hold(driven);
+            (void)come_to_rest(driven);
         return std::unexpected(sent.error());
     }
     return follow(words, session, driven, goal, tolerance_rad, started);

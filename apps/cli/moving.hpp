@@ -22,10 +22,16 @@ void show_state(const Words& words, const Driven& driven, Duration since_start);
 /// The position of the joint that was read last.
 double position_of(const Driven& driven);
 
-/// Holds after Ctrl-C, with torque, and says where it stands.
-Outcome stop_here(Session& session, Driven& driven);
+/// What a device that does not hold is told: nothing more, or to let go, for what turns without end.
+enum class Otherwise { nothing, release };
 
-/// Opens, sets up and reads a device that is to move.
+/// Holds with torque, again where the device does not confirm. No further signal cuts it short.
+std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise = Otherwise::nothing);
+
+/// Holds after Ctrl-C and says where it stands. Another Ctrl-C only ends the waiting for it to stand still.
+Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
+
+/// Opens, sets up and reads a device that is to move; a guardian holds it when this program dies.
 std::expected<Driven, Error> drive_and_read(Session& session, Device device);
 
 } // namespace sinew::cli

@@ -10,12 +10,22 @@
 namespace sinew::cli {
 namespace {
 
-std::unexpected<Error> refused(const std::filesystem::path& path, int error)
+std::unexpected<Error> refused(Errc code, const std::filesystem::path& path, int error)
 {
-    return fail(Errc::bad_argument, fmt::format("{} cannot be written: {}", path.string(), std::strerror(error)));
+    return fail(code, fmt::format("{} cannot be written: {}", path.string(), std::strerror(error)));
 }
 
 } // namespace
+
+std::expected<void, Error> check_writable(const std::filesystem::path& path)
+{
+    std::error_code unknown;
+    const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    if (std::filesystem::is_directory(path, unknown))
+        return refused(Errc::bad_argument, path, EISDIR);
+    const auto& asked = std::filesystem::exists(path, unknown) ? path : folder;
+    return ::access(asked.c_str(), W_OK) == 0 ? std::expected<void, Error>{} : refused(Errc::bad_argument, path, errno);
+}
 
 NewFile::NewFile(std::filesystem::path path, std::filesystem::path beside, int fd)
     : path_(std::move(path)), beside_(std::move(beside)), fd_(fd)
@@ -44,7 +54,7 @@ std::expected<NewFile, Error> NewFile::make(const std::filesystem::path& path)
     beside += fmt::format(".{}.part", ::getpid());
     const int fd = ::open(beside.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd < 0)
-        return refused(path, errno);
+        return refused(Errc::bad_argument, path, errno);
     return NewFile(path, std::move(beside), fd);
 }
 
@@ -55,7 +65,7 @@ std::expected<void, Error> NewFile::write(std::string_view text)
         if (written < 0 && errno == EINTR)
             continue;
         if (written < 0)
-            return refused(path_, errno);
+            return refused(Errc::bad_file, path_, errno);
         text.remove_prefix(static_cast<std::size_t>(written));
     }
     return {};
@@ -65,9 +75,9 @@ std::expected<void, Error> NewFile::keep()
 {
     // What takes the place of another file must be on the disk before: a power cut would leave an empty one.
     if (::fsync(fd()) != 0 && errno != EINVAL && errno != EROFS)
-        return refused(path_, errno);
+        return refused(Errc::bad_file, path_, errno);
     if (::rename(beside_.c_str(), path_.c_str()) != 0)
-        return refused(path_, errno);
+        return refused(Errc::bad_file, path_, errno);
     beside_.clear();
     return {};
 }

@@ -8,12 +8,15 @@
 
 namespace sinew::cli {
 
+/// What would be in the way of writing a file, without touching one that is there: `bad_argument` with the reason.
+std::expected<void, Error> check_writable(const std::filesystem::path& path);
+
 /// A file that comes into being whole or not at all: it is written beside its place and goes there by `keep`, over what
 /// was there. Without `keep` nothing is left of it.
 class NewFile
 {
 public:
-    /// `bad_argument` with the reason where it cannot be written.
+    /// `bad_argument` with the reason where it cannot be made; `bad_file` later, where it can take no more.
     static std::expected<NewFile, Error> make(const std::filesystem::path& path);
     ~NewFile();
     NewFile(NewFile&& other) noexcept;

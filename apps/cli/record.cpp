@@ -1,4 +1,5 @@
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/new_file.hpp"
 #include "apps/cli/record_reading.hpp"
 #include "apps/cli/source.hpp"
 
@@ -44,7 +45,9 @@ struct Ear {
 };
 
 /// Takes what one source has; nothing: it has nothing more for now.
-std::expected<bool, Error> take(Ear& ear, record::FileWriter& file, std::uint64_t& frames)
+/// The file comes into being with the first: where nothing is heard an older one stays as it was.
+std::expected<bool, Error> take(Ear& ear, std::optional<record::FileWriter>& file, const std::string& path,
+                                std::uint64_t& frames)
 {
     constexpr Duration patience = std::chrono::milliseconds(5);
     auto one = ear.source->next(patience);
@@ -55,8 +58,14 @@ std::expected<bool, Error> take(Ear& ear, record::FileWriter& file, std::uint64_
     (*one)->bus = ear.target.name;
     if (ear.target.family != nullptr)
         (*one)->family = ear.target.family->name;
+    if (!file) {
+        auto made = record::FileWriter::create(path);
+        if (!made)
+            return std::unexpected(made.error());
+        file.emplace(std::move(*made));
+    }
     ++frames;
-    if (auto added = file.add(**one); !added)
+    if (auto added = file->add(**one); !added)
         return std::unexpected(added.error());
     return true;
 }
@@ -73,9 +82,9 @@ Outcome listen(const Words& words, const std::string& path, std::optional<Durati
             return std::unexpected(source.error());
         ears.push_back({std::move(bus), std::move(*source)});
     }
-    auto file = record::FileWriter::create(path);
-    if (!file)
-        return std::unexpected(file.error());
+    if (auto writable = check_writable(path); !writable)
+        return std::unexpected(writable.error());
+    std::optional<record::FileWriter> file;
     const link::RealClock clock;
     const TimePoint begin = clock.now(), end = time ? begin + *time : TimePoint::max();
     TimePoint flush_at = begin;
@@ -85,18 +94,20 @@ Outcome listen(const Words& words, const std::string& path, std::optional<Durati
            !std::ranges::all_of(ears, [](const Ear& ear) { return ear.source->over; })) {
         for (auto& ear : ears)
             for (bool more = !ear.source->over; good && more && !interrupted();) {
-                const auto taken = take(ear, *file, frames);
+                const auto taken = take(ear, file, path, frames);
                 good = taken ? std::expected<void, Error>{} : std::unexpected(taken.error());
                 more = taken && *taken && clock.now() < end;
             }
-        if (good && clock.now() >= flush_at) {
+        if (good && file && clock.now() >= flush_at) {
             good = file->flush();
             flush_at = clock.now() + std::chrono::seconds(1);
         }
     }
-    const auto finished = file->finish();
+    const auto finished = file ? file->finish() : std::expected<void, Error>{};
     if (!good || !finished)
         return std::unexpected(good ? finished.error() : good.error());
+    if (!file)
+        return fail(Errc::timeout, fmt::format("nothing was heard, so {} was not written", path));
     const double seconds_passed = seconds(clock.now() - begin);
     if (words.json())
         print(Json::object(
@@ -142,9 +153,9 @@ Verb record_verb()
                      {"sinew record run.mcap serial:/dev/ttyUSB0 --family sam --id 1 --for 10s", "one device"},
                      {"sinew record run.mcap slcan:/dev/ttyACM0 --listen", "what passes on a bus"}},
         .run = run,
-        .more =
-            "Every bus is read at its own rate; nothing moves. The file is whole at any moment: a second at most is "
-            "lost when the program is killed, and sinew recover completes the file."};
+        .more = "Every bus is read at its own rate; nothing moves. A file that is there stays as it is where nobody "
+                "answers. The file is whole at any moment: a second at most is "
+                "lost when the program is killed, and sinew recover completes the file."};
 }
 
 } // namespace sinew::cli

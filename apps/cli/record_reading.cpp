@@ -2,6 +2,7 @@
 
 #include "apps/cli/bus_target.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/new_file.hpp"
 #include "apps/cli/recorded_robot.hpp"
 #include "sinew/record/recorder.hpp"
 #include "sinew/record/tap.hpp"
@@ -55,7 +56,7 @@ public:
     {
     }
 
-    std::expected<void, Error> add(Device device);
+    std::expected<void, Error> add(Driven driven);
     std::expected<void, Error> run(TimePoint end);
     std::uint64_t looks() const { return looks_; }
     std::uint64_t losses() const { return losses_; }
@@ -94,23 +95,17 @@ Line& Recording::line_of(bus::Bus& bus, const Device& device)
     return lines_.emplace_back(Line{.bus = &bus});
 }
 
-std::expected<void, Error> Recording::add(Device device)
+std::expected<void, Error> Recording::add(Driven driven)
 {
-    const auto opened = session_.bus_of(device);
-    if (!opened)
-        return std::unexpected(opened.error());
-    Line& line = line_of(**opened, device);
-    auto driven = drive(session_, std::move(device));
-    if (!driven)
-        return std::unexpected(driven.error());
-    const auto& known = driven->device;
+    Line& line = line_of(*driven.bus, driven.device);
+    const auto& known = driven.device;
     const auto id =
         recorder_.add_joint({.name = known.name,
                              .bus = known.joint != nullptr ? known.joint->bus.value : short_name(known.link),
                              .family = std::string(known.family->name),
                              .model = std::string(known.model()),
                              .id = known.id});
-    line.joints.push_back({.driven = std::move(*driven), .id = id});
+    line.joints.push_back({.driven = std::move(driven), .id = id});
     return {};
 }
 
@@ -221,6 +216,33 @@ std::expected<std::vector<Device>, Error> devices_from(const Words& words)
     return out;
 }
 
+/// Opens and asks all of them before a file is made: where nobody answers an older recording stays as it was. One that
+/// is silent among others is recorded as that.
+std::expected<std::vector<Driven>, Error> answering(Session& session, const std::vector<Device>& devices)
+{
+    for (const auto& device : devices)
+        if (const auto opened = session.bus_of(device); !opened)
+            return std::unexpected(opened.error());
+    std::vector<Driven> all;
+    std::optional<Error> first;
+    bool any = false;
+    for (const auto& device : devices) {
+        auto driven = drive(session, device);
+        if (!driven)
+            return std::unexpected(driven.error());
+        if (const auto read = read_state(*driven, actuator::Depth::motion); read)
+            any = true;
+        else if (!may_pass(read.error().code))
+            return std::unexpected(read.error());
+        else if (!first)
+            first = read.error();
+        all.push_back(std::move(*driven));
+    }
+    if (!any && first)
+        return std::unexpected(*first);
+    return all;
+}
+
 void print_summary(const Words& words, const std::string& path, const Recorder& recorder, const Recording& recording,
                    Duration time)
 {
@@ -260,11 +282,12 @@ Outcome record_reading(const Words& words, const std::string& path, std::optiona
         if (!robot)
             return std::unexpected(robot.error());
     }
+    if (auto writable = check_writable(path); !writable)
+        return std::unexpected(writable.error());
     Session session;
-    // Opened before the file is made: a link that is not there leaves an older recording as it was.
-    for (const auto& device : *devices)
-        if (const auto opened = session.bus_of(device); !opened)
-            return std::unexpected(opened.error());
+    auto all = answering(session, *devices);
+    if (!all)
+        return std::unexpected(all.error());
     const auto zero = session.in_virtual_time() ? record::Time{} : record::time_of_day_zero(session.clock());
     auto recorder = Recorder::create(path, {.zero = zero});
     if (!recorder)
@@ -275,8 +298,8 @@ Outcome record_reading(const Words& words, const std::string& path, std::optiona
             !kept)
             return std::unexpected(kept.error());
     Recording recording(session, **recorder, period->value_or(Duration{}));
-    for (auto& device : *devices)
-        if (auto added = recording.add(std::move(device)); !added)
+    for (auto& driven : *all)
+        if (auto added = recording.add(std::move(driven)); !added)
             return std::unexpected(added.error());
     if (!session.in_virtual_time())
         (*recorder)->run_in_thread();

@@ -19,15 +19,32 @@ struct Work {
     bus::Bus* bus = nullptr;
     std::vector<WantedSetting> differ;
     std::size_t kept_out = 0; ///< calibration that is not asked for
+    std::string from;         ///< the entry of the file
+    /// In use as in the file; what is stored cannot be read.
+    std::vector<WantedSetting> not_compared;
 };
+
+/// Settings of one joint are not those of another, whatever the model says: both must have been named.
+std::expected<const config::DeviceEntry*, Error> entry_of(const Words& words, const config::DeviceFile& file,
+                                                          const Device& device)
+{
+    const auto from = words.text("--from");
+    const auto entry = entry_for(file, device, from);
+    if (entry && !from && device.joint != nullptr && (*entry)->name != device.name)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} has the settings of {} and not of {}; --from {} writes them to {}", file.path,
+                                (*entry)->name, device.name, (*entry)->name, device.name));
+    return entry;
+}
 
 std::expected<Work, Error> compare(const Words& words, Session& session, const config::DeviceFile& file, Device device)
 {
     progress(fmt::format("Reading {}", device.name));
     Work work{.device = std::move(device)};
-    const auto entry = entry_for(file, work.device);
+    const auto entry = entry_of(words, file, work.device);
     if (!entry)
         return std::unexpected(entry.error());
+    work.from = (*entry)->name;
     const auto bus = session.bus_of(work.device);
     if (!bus)
         return std::unexpected(bus.error());
@@ -43,8 +60,12 @@ std::expected<Work, Error> compare(const Words& words, Session& session, const c
         const auto is = read_setting(**bus, work.device, one.setting);
         if (!is)
             return std::unexpected(is.error());
-        if (same(one.values, *is))
+        const bool stored_unread = one.setting.trial != nullptr && one.setting.is_stored();
+        if (same(one.values, *is) && !(stored_unread && words.has("--with-stored"))) {
+            if (stored_unread)
+                work.not_compared.push_back(one);
             continue;
+        }
         if (one.calibration && !words.has("--with-calibration"))
             ++work.kept_out;
         else
@@ -56,6 +77,8 @@ std::expected<Work, Error> compare(const Words& words, Session& session, const c
 /// Everything is compared before anything is written.
 std::expected<std::vector<Work>, Error> compare_all(const Words& words, Session& session)
 {
+    if (words.has("--from") && !words.has("TARGET"))
+        return fail(Errc::bad_argument, "--from says whose settings TARGET gets; name that as well");
     const auto file = config::read_device_file(*words.text("FILE"));
     if (!file)
         return std::unexpected(file.error());
@@ -84,10 +107,26 @@ std::string question(const std::vector<Work>& all)
             stored += one.setting.is_stored() ? 1 : 0;
         }
         if (!names.empty())
-            parts.push_back(fmt::format("{} of {}", fmt::join(names, ", "), work.device.name));
+            parts.push_back(fmt::format(
+                "{} of {}{}", fmt::join(names, ", "), work.device.name,
+                work.from == file_name_of(work.device) ? std::string{} : fmt::format(" (as {} had them)", work.from)));
     }
     return fmt::format("{} will be set, which writes flash {} {} and may take the torque off", fmt::join(parts, "; "),
                        stored, stored == 1 ? "time" : "times");
+}
+
+/// "pd-gain of elbow; angle-pid, speed-pid of left_knee"
+std::string unread_names(const std::vector<Work>& all)
+{
+    std::vector<std::string> parts;
+    for (const auto& work : all) {
+        std::vector<std::string_view> names;
+        for (const auto& one : work.not_compared)
+            names.push_back(one.setting.info->name);
+        if (!names.empty())
+            parts.push_back(fmt::format("{} of {}", fmt::join(names, ", "), work.device.name));
+    }
+    return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 /// Writes one setting and reads it back.
@@ -116,8 +155,13 @@ Json to_json(const std::vector<Work>& all)
         Json names = Json::array();
         for (const auto& one : work.differ)
             names.add(one.setting.info->name);
+        Json unread = Json::array();
+        for (const auto& one : work.not_compared)
+            unread.add(one.setting.info->name);
         out.add(Json::object({{"device", work.device.name},
+                              {"from", work.from},
                               {"written", std::move(names)},
+                              {"not_compared", std::move(unread)},
                               {"calibration_left_out", static_cast<std::int64_t>(work.kept_out)}}));
     }
     return out;
@@ -150,13 +194,21 @@ Outcome run(const Words& words)
     if (!all)
         return std::unexpected(all.error());
     std::size_t kept_out = 0, differ = 0;
+    bool unread = false;
     for (const auto& work : *all) {
+        unread = unread || !work.not_compared.empty();
         kept_out += work.kept_out;
         differ += work.differ.size();
     }
     if (kept_out > 0)
         fmt::print(stderr, "Calibration differs and is left as it is: it belongs to the device that it was read from "
                            "(--with-calibration writes it).\n");
+    if (unread)
+        fmt::print(
+            stderr,
+            "In use as in the file, and not compared with what is stored, which cannot be read: {} (--with-stored "
+            "writes them).\n",
+            unread_names(*all));
     if (words.has("--dry-run")) {
         for (const auto& work : *all) {
             std::vector<wire::Request> requests;
@@ -170,7 +222,7 @@ Outcome run(const Words& words)
         if (words.json())
             print(to_json(*all));
         else
-            fmt::print("no difference; nothing was written\n");
+            fmt::print("no difference{}; nothing was written\n", unread ? " that can be read" : "");
         return exit_done;
     }
     const auto yes = confirm(words, question(*all));
@@ -183,23 +235,29 @@ Outcome run(const Words& words)
 
 Verb restore_verb()
 {
-    return {
-        .name = "restore",
-        .says = "Write saved settings to the devices: only what differs, and read back.",
-        .arguments = {{"FILE", "what `sinew save` wrote"},
-                      {"TARGET", "a joint, or a link with --family and --id; without it all of FILE", false}},
-        .options =
-            with_device_options({{"--with-calibration", "", "calibration too: onto the device that it was read from"},
-                                 {"--dry-run", "", "read and compare, show the bytes of what differs, write nothing"},
-                                 yes_option,
-                                 json_option}),
-        .examples = {{"sinew restore kept.toml --robot arm.toml --dry-run", "what differs"},
-                     {"sinew restore kept.toml elbow --robot arm.toml --yes", "one joint"},
-                     {"sinew restore kept.toml serial:/dev/ttyUSB0 --family sam --id 1",
-                      "a device in the place of the one that was saved; asks first"}},
-        .run = run,
-        .more = "A device of another family, model or firmware line is refused. No family tells a serial number, so "
-                "calibration is never written unless it is asked for. Everything is read and compared before "
+    return {.name = "restore",
+            .says = "Write saved settings to the devices: only what differs, and read back.",
+            .arguments = {{"FILE", "what `sinew save` wrote"},
+                          {"TARGET", "a joint, or a link with --family and --id; without it all of FILE", false}},
+            .options = with_device_options(
+                {{"--with-calibration", "", "calibration too: onto the device that it was read from"},
+                 {"--with-stored", "", "also what is in use already, where what is stored cannot be read"},
+                 {"--from", "NAME", "the device of FILE whose settings are written, where it has another name"},
+                 {"--dry-run", "", "read and compare, show the bytes of what differs, write nothing"},
+                 yes_option,
+                 json_option}),
+            .examples = {{"sinew restore kept.toml --robot arm.toml --dry-run", "what differs"},
+                         {"sinew restore kept.toml elbow --robot arm.toml --yes", "one joint"},
+                         {"sinew restore kept.toml elbow --from elbow --robot arm.toml --with-stored --yes",
+                          "both named, and gains although they are in use"},
+                         {"sinew restore kept.toml serial:/dev/ttyUSB0 --family sam --id 1",
+                          "a device in the place of the one that was saved; asks first"}},
+            .run = run,
+            .more =
+                "A device of another family, model or firmware line is refused. No family tells a serial number, so "
+                "calibration is never written unless it is asked for. Gains and "
+                "other settings that can be tried until power-off are read as they are in use; no family tells what is "
+                "in flash. Everything is read and compared before "
                 "anything is written."};
 }
 

@@ -75,6 +75,7 @@ std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Wor
         return std::unexpected(settings.error());
     options.settings = *settings;
     const auto all = links_of(file, options);
+    catch_suspension();
     if (std::ranges::none_of(all, is_simulated)) {
         auto guardian = robot::Guardian::start();
         if (!guardian)

@@ -29,6 +29,65 @@ Session::Session() : links_(link::Links::system())
     catch_interrupts();
 }
 
+std::expected<void, Error> Session::guard(const Device& device)
+{
+    catch_suspension();
+    if (guardian_ || record::is_replay(device.link) || device.link.starts_with("sim:"))
+        return {};
+    // Also for a program that is stopped by a signal that nobody can catch; far longer than any wait of its own.
+    const auto settings = bus_settings();
+    if (!settings)
+        return std::unexpected(settings.error());
+    auto guardian = robot::Guardian::start({.patience = std::chrono::seconds(3) + 4 * settings->margin_most});
+    if (!guardian)
+        return std::unexpected(guardian.error());
+    guardian_.emplace(std::move(*guardian));
+    return {};
+}
+
+void Session::heed_guardian()
+{
+    if (!guardian_ || interrupted())
+        return;
+    guardian_->beat();
+    if (guardian_->stop_asked()) {
+        fmt::print(stderr, "sinew: stopped from another program, such as sinew stop\n");
+        interrupt();
+    } else if (!guardian_->is_alive()) {
+        fmt::print(stderr,
+                   "sinew: the guardian of this program was killed; nothing would stop the motor if the program "
+                   "died\n");
+        interrupt();
+    }
+}
+
+MotionGuard::MotionGuard(robot::Guardian& guardian, const Device& device)
+    : guardian_(guardian), stopper_(make_driver(*device.spec)), link_(device.link)
+{
+}
+
+std::expected<void, Error> MotionGuard::update(Driven& driven)
+{
+    guardian_.beat();
+    if (driven.bus->link_trouble() != nullptr) {
+        if (known_)
+            guardian_.forget(0);
+        known_.reset();
+        return {};
+    }
+    const auto requests = stopper_->plan({.mode = actuator::Mode::hold}, driven.state);
+    if (!requests)
+        return {}; // where it is was not said this time; what was ready stays
+    if (known_ == driven.bus->losses()) {
+        guardian_.update(0, driven.bus->link(), requests->all());
+        return {};
+    }
+    auto watched = guardian_.watch(0, link_, driven.bus->link(), requests->all());
+    if (watched)
+        known_ = driven.bus->losses();
+    return watched;
+}
+
 std::expected<link::AnyLink, Error> Session::open(const std::string& link)
 {
     const auto clock = record::is_replay(link) ? replays_.clock_for(link) : sim::clock_for(link, real_, worlds_);
@@ -105,7 +164,7 @@ std::expected<Driven, Error> drive(Session& session, Device device)
             Errc::unsupported,
             fmt::format("{} says a model that is not documented; name one with --model to drive it", device.name));
     auto driver = make_driver(*device.spec);
-    return Driven{.device = std::move(device), .bus = *bus, .driver = std::move(driver)};
+    return Driven{.device = std::move(device), .bus = *bus, .driver = std::move(driver), .guard = nullptr};
 }
 
 std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests)
@@ -142,7 +201,13 @@ std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
         return std::unexpected(requests.error());
     // What this look does not measure is not known: an older speed beside a new position belongs to no moment.
     driven.state = {};
-    return carry_out(driven, *requests);
+    auto read = carry_out(driven, *requests);
+    return read && driven.guard ? driven.guard->update(driven) : read;
+}
+
+bool may_pass(Errc code)
+{
+    return code >= Errc::timeout && code <= Errc::bad_reply;
 }
 
 std::expected<void, Error> hold(Driven& driven)
@@ -174,8 +239,9 @@ void wait_until(Session& session, TimePoint until)
 {
     const auto buses = session.buses();
     std::vector<link::Handle> handles;
-    while (!interrupted() && session.clock().now() < until) {
-        TimePoint next = until;
+    constexpr Duration between_looks = std::chrono::milliseconds(20); // at the guardian
+    for (session.heed_guardian(); !interrupted() && session.clock().now() < until; session.heed_guardian()) {
+        TimePoint next = session.guardian() != nullptr ? std::min(until, session.clock().now() + between_looks) : until;
         handles.clear();
         for (auto* bus : buses) {
             next = std::min(next, bus->tend());

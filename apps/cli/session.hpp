@@ -5,6 +5,7 @@
 #include "sinew/bus/bus.hpp"
 #include "sinew/link/links.hpp"
 #include "sinew/record/replay.hpp"
+#include "sinew/robot/guardian.hpp"
 #include "sinew/sim/links.hpp"
 
 #include <map>
@@ -30,6 +31,14 @@ public:
     /// The bus of a device, opened at its first use; it knows the device afterwards, and opens its link again when that
     /// was lost. Two families cannot share a link.
     std::expected<bus::Bus*, Error> bus_of(const Device& device);
+    /// For verbs that move a device: starts the guardian that holds it when this program dies, before anything is
+    /// opened. Devices that are simulated in here, or replayed, end with the program and have none. Ctrl-Z is a Ctrl-C
+    /// from now on.
+    std::expected<void, Error> guard(const Device& device);
+    /// nullptr: none.
+    robot::Guardian* guardian() { return guardian_ ? &*guardian_ : nullptr; }
+    /// Shows life, and takes what the guardian wants (`sinew stop` elsewhere), or its death, for a Ctrl-C.
+    void heed_guardian();
     /// A link of the system, of the simulator or of a recording with the clock that it needs. All links of a session
     /// share one clock: `bad_argument` for one in virtual time beside a real one.
     std::expected<link::AnyLink, Error> open(const std::string& link);
@@ -52,6 +61,7 @@ private:
     sim::Worlds worlds_; // goes after the links that lead into it
     record::Replays replays_;
     link::Links links_;
+    std::optional<robot::Guardian> guardian_;
     std::vector<Open> open_;
 };
 
@@ -83,12 +93,30 @@ bool has_robot(const Words& words);
 /// when it says a model that nobody documents.
 std::expected<void, Error> find_model(Device& device, bus::Bus& bus);
 
+struct Driven;
+
+/// What the guardian would send to one device: it holds where it was measured last. One device of a session at a time.
+class MotionGuard
+{
+public:
+    MotionGuard(robot::Guardian& guardian, const Device& device);
+    /// After every look, and once before anything moves. An error where the guardian cannot reach the link.
+    std::expected<void, Error> update(Driven& driven);
+
+private:
+    robot::Guardian& guardian_;
+    std::unique_ptr<actuator::Driver> stopper_; ///< the one that drives must not take what was never sent for sent
+    std::string link_;
+    std::optional<std::uint64_t> known_; ///< losses of the link when it was handed over
+};
+
 /// A device that can be driven.
 struct Driven {
     Device device;
     bus::Bus* bus = nullptr;
     std::unique_ptr<actuator::Driver> driver;
     actuator::State state{};
+    std::unique_ptr<MotionGuard> guard; ///< nullptr: nobody stops it when this program dies
 };
 
 /// Opens the bus and makes the driver; finds the model if it must.
@@ -100,6 +128,8 @@ std::expected<void, Error> set_up(Driven& driven);
 /// Carries out what a driver planned, and puts what comes back into the state. The first failure ends it.
 std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& requests);
 std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);
+/// Whether the same words may be understood the next time: the line is there, and the answer is missing or spoiled.
+bool may_pass(Errc code);
 /// Stays where it is, with torque. Where the protocol can hold without knowing the position nothing is read first.
 std::expected<void, Error> hold(Driven& driven);
 

@@ -1,18 +1,23 @@
+#include "apps/cli/device.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/json.hpp"
 #include "apps/cli/sim_control.hpp"
 #include "apps/cli/verb.hpp"
+#include "sinew/base/units.hpp"
 #include "sinew/sim/fault.hpp"
 
 #include <fmt/format.h>
 #include <limits>
+#include <sstream>
 
 namespace sinew::cli {
 namespace {
 
 constexpr Option pid_option{"--pid", "N", "which simulator, when several are running"};
 
-/// The question of a verb: its word and the arguments as they were written.
-Outcome ask(const Words& words, std::string_view command, std::initializer_list<std::string_view> arguments)
+/// The answer to the question of a verb: its word and the arguments as they were written.
+std::expected<std::string, Error> answer_to(const Words& words, std::string_view command,
+                                            std::initializer_list<std::string_view> arguments)
 {
     const auto pid = words.number("--pid", 1, std::numeric_limits<std::int32_t>::max());
     if (!pid)
@@ -21,10 +26,50 @@ Outcome ask(const Words& words, std::string_view command, std::initializer_list<
     for (const std::string_view argument : arguments)
         for (const std::string& word : words.all(argument))
             line += ' ' + word;
-    const auto answer = ask_simulator(*pid, line);
+    return ask_simulator(*pid, line);
+}
+
+Outcome ask(const Words& words, std::string_view command, std::initializer_list<std::string_view> arguments)
+{
+    const auto answer = answer_to(words, command, arguments);
     if (!answer)
         return std::unexpected(answer.error());
     fmt::print("{}", *answer);
+    return exit_done;
+}
+
+/// A row of the simulator's table, which is in degrees.
+Json look_json(const std::string& row)
+{
+    std::istringstream in(row);
+    std::string name, mode, faults;
+    double deg = 0.0, deg_s = 0.0, current_a = 0.0, voltage_v = 0.0, temperature_c = 0.0;
+    in >> name >> mode >> deg >> deg_s >> current_a >> voltage_v >> temperature_c >> std::ws;
+    std::getline(in, faults);
+    return Json::object({{"name", name},
+                         {"mode", mode},
+                         {"position_rad", units::rad(deg)},
+                         {"velocity_rad_s", units::rad(deg_s)},
+                         {"current_a", current_a},
+                         {"voltage_v", voltage_v},
+                         {"temperature_c", temperature_c},
+                         {"faults", faults}});
+}
+
+Outcome look(const Words& words)
+{
+    if (!words.json())
+        return ask(words, "look", {"JOINT"});
+    const auto answer = answer_to(words, "look", {"JOINT"});
+    if (!answer)
+        return std::unexpected(answer.error());
+    std::istringstream lines(*answer);
+    std::string row;
+    std::getline(lines, row); // its head
+    Json out = Json::array();
+    while (std::getline(lines, row))
+        out.add(look_json(row));
+    print(out);
     return exit_done;
 }
 
@@ -45,9 +90,9 @@ Verb sim_look_verb()
     return {.name = "sim look",
             .says = "What the devices of the running simulator are doing.",
             .arguments = {{"JOINT", "only these; all of them when none is given", false, true}},
-            .options = {pid_option},
+            .options = {pid_option, json_option},
             .examples = {{"sinew sim look elbow", "mode, position, speed, current, voltage, temperature, faults"}},
-            .run = [](const Words& words) { return ask(words, "look", {"JOINT"}); }};
+            .run = look};
 }
 
 Verb sim_fault_verb()

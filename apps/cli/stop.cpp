@@ -13,23 +13,23 @@
 namespace sinew::cli {
 namespace {
 
-struct Done {
-    std::string name;
-    std::expected<std::string, Error> outcome; ///< what it does now
+struct Told {
+    std::string says;       ///< what it does now
+    bool confirmed = false; ///< the device said so
 };
 
-/// Whether the same words may be understood the next time: the line is there, and the answer is missing or spoiled.
-bool may_pass(Errc code)
-{
-    return code >= Errc::timeout && code <= Errc::bad_reply;
-}
+struct Done {
+    std::string name;
+    std::expected<Told, Error> outcome;
+    bool perhaps = false; ///< of a failure: it was told, and may have obeyed
+};
 
-std::expected<std::string, Error> stop_driven(Driven& driven, bool keep_torque)
+std::expected<Told, Error> stop_driven(Driven& driven, bool keep_torque)
 {
     if (keep_torque) {
         if (auto held = hold(driven); !held)
             return std::unexpected(held.error());
-        return "told to hold";
+        return Told{"told to hold", false};
     }
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
@@ -37,12 +37,12 @@ std::expected<std::string, Error> stop_driven(Driven& driven, bool keep_torque)
     const bool acknowledged = requests->all().back().answered;
     if (auto sent = carry_out(driven, *requests); !sent)
         return std::unexpected(sent.error());
-    return acknowledged ? "released" : "released (not acknowledged)";
+    return acknowledged ? Told{"released", true} : Told{"told to release (not acknowledged)", false};
 }
 
 /// Again where a device did not confirm: a stop changes nothing when it is carried out twice, and one lost frame must
 /// not leave a motor running.
-std::expected<std::string, Error> stop_one(Session& session, Device device, bool keep_torque, int attempts = 3)
+std::expected<Told, Error> stop_one(Session& session, Device device, bool keep_torque, int attempts = 3)
 {
     auto driven = drive(session, std::move(device));
     if (!driven)
@@ -54,7 +54,7 @@ std::expected<std::string, Error> stop_one(Session& session, Device device, bool
 }
 
 /// All devices of a line at once, where the family has a message for that.
-std::expected<std::string, Error> stop_line(Session& session, const Device& everybody)
+std::expected<Told, Error> stop_line(Session& session, const Device& everybody)
 {
     const auto all = stop_of_all(*everybody.family);
     if (!all)
@@ -65,7 +65,7 @@ std::expected<std::string, Error> stop_line(Session& session, const Device& ever
         return std::unexpected(bus.error());
     if (const auto sent = ask(**bus, all->request); !sent)
         return std::unexpected(sent.error());
-    return fmt::format("told to {} (not acknowledged)", to_word(all->mode));
+    return Told{fmt::format("told to {} (not acknowledged)", to_word(all->mode)), false};
 }
 
 /// Whether two links lead to the same port, whatever they say of it.
@@ -82,22 +82,48 @@ class Programs
 public:
     Programs() : all_(robot::guarded_programs()) {}
 
-    /// What became of the program that holds this link; nothing where none does.
-    std::optional<std::expected<std::string, Error>> stop_holder(const std::string& link)
+    /// What the program that holds this link did to its bus; nothing where none holds it, or nobody answers for it.
+    std::optional<Done> stop_holder(const std::string& name, const std::string& link)
     {
         for (const auto& program : all_) {
             if (std::ranges::none_of(program.links, [&](const auto& held) { return is_same_port(held, link); }))
                 continue;
             if (!told_.contains(program.pid))
                 told_.emplace(program.pid, robot::stop_program(program.pid));
-            return told_.at(program.pid);
+            if (const auto& told = told_.at(program.pid))
+                return done(name, program.pid, *told, link);
         }
         return std::nullopt;
     }
 
 private:
+    static Done done(const std::string& name, int pid, const robot::StoppedProgram& told, const std::string& link)
+    {
+        using enum robot::StoppedBus::Outcome;
+        const auto who =
+            fmt::format("{}the program with process id {}", told.by_guardian ? "the guardian of " : "", pid);
+        const auto bus =
+            std::ranges::find_if(told.buses, [&](const auto& one) { return is_same_port(one.link, link); });
+        if (bus == told.buses.end())
+            return {name, fail(Errc::timeout, fmt::format("{} says nothing of {}", who, link)), true};
+        if (bus->outcome == failed)
+            return {name,
+                    fail(bus->says.contains("link is lost") ? Errc::link_lost : Errc::timeout,
+                         fmt::format("{} was asked to stop {}: {}", who, link, bus->says)),
+                    true};
+        if (bus->outcome == confirmed)
+            return {name, Told{fmt::format("{} stopped its motors", who), true}};
+        if (told.by_guardian)
+            return {name,
+                    fail(Errc::timeout, fmt::format("{} told {} to stop, and no device could be asked whether it did; "
+                                                    "end that program and stop again",
+                                                    who, link)),
+                    true};
+        return {name, Told{fmt::format("{} told its motors to stop (not acknowledged)", who), false}};
+    }
+
     std::vector<robot::Guarded> all_;
-    std::map<int, std::expected<std::string, Error>> told_;
+    std::map<int, std::expected<robot::StoppedProgram, Error>> told_;
 };
 
 /// A link without an id: whoever is there.
@@ -147,11 +173,8 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
     const auto word = words.text("TARGET");
     Programs programs;
     if (word && is_link(*word) && !words.has("--id") && words.has("--family")) {
-        if (auto told = programs.stop_holder(*word); told && *told) {
-            std::vector<Done> done;
-            done.push_back({fmt::format("all of {}", *word), std::move(*told)});
-            return done;
-        }
+        if (auto told = programs.stop_holder(fmt::format("all of {}", *word), *word))
+            return std::vector<Done>{std::move(*told)};
         return stop_link(session, words);
     }
     std::vector<Device> devices;
@@ -168,8 +191,8 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
     std::vector<Done> done;
     for (auto& device : devices) {
         auto name = device.name;
-        if (auto stopped = programs.stop_holder(device.link); stopped && *stopped) {
-            done.push_back({std::move(name), std::move(*stopped)});
+        if (auto stopped = programs.stop_holder(name, device.link)) {
+            done.push_back(std::move(*stopped));
             continue;
         }
         done.push_back({std::move(name), stop_one(session, std::move(device), words.has("--hold"))});
@@ -188,13 +211,15 @@ Outcome run(const Words& words)
     Table table({"NAME", "STATE"});
     for (const auto& one : *done) {
         if (one.outcome) {
-            table.add({one.name, *one.outcome});
-            out.add(Json::object({{"name", one.name}, {"state", *one.outcome}}));
+            table.add({one.name, one.outcome->says});
+            out.add(Json::object(
+                {{"name", one.name}, {"state", one.outcome->says}, {"confirmed", one.outcome->confirmed}}));
             continue;
         }
         code = code == exit_done ? exit_code(one.outcome.error().code) : code;
-        out.add(Json::object({{"name", one.name}, {"error", to_sentence(one.outcome.error())}}));
-        fmt::print(stderr, "sinew: {} was NOT stopped: {}\n", one.name, to_sentence(one.outcome.error()));
+        out.add(Json::object({{"name", one.name}, {"error", to_sentence(one.outcome.error())}, {"confirmed", false}}));
+        fmt::print(stderr, "sinew: {} {}: {}\n", one.name, one.perhaps ? "may NOT have stopped" : "was NOT stopped",
+                   to_sentence(one.outcome.error()));
     }
     if (words.json())
         print(out);
@@ -217,7 +242,9 @@ Verb stop_verb()
             .run = run,
             .more =
                 "A joint that carries a load falls when it is released: --hold keeps it up. A program that holds the "
-                "port and has a guardian is told to stop, and does what its robot file says under [safety]."};
+                "port and has a guardian is told to stop, and does what its robot file says under [safety]; where it "
+                "cannot say that every device of a bus obeyed, that bus may not have stopped, and the exit code says "
+                "so. \"not acknowledged\" is a device, or a message to all of a line, that answers nothing."};
 }
 
 } // namespace sinew::cli

@@ -12,9 +12,7 @@
 #include <fmt/ranges.h>
 #include <fstream>
 #include <iterator>
-#include <poll.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 namespace sinew::cli {
 namespace {
@@ -39,23 +37,6 @@ std::expected<std::vector<std::string>, Error> joints_from(const Words& words, c
         for (const config::Joint& joint : file.joints)
             names.push_back(joint.name);
     return names;
-}
-
-enum class Key : std::uint8_t { none, enter, end };
-
-/// What has been typed, without waiting.
-Key typed()
-{
-    for (;;) {
-        pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-        if (::poll(&in, 1, 0) <= 0)
-            return Key::none;
-        char one = 0;
-        if (::read(STDIN_FILENO, &one, 1) <= 0)
-            return Key::end;
-        if (one == '\n' || one == '\r')
-            return Key::enter;
-    }
 }
 
 std::vector<Joint*> find(robot::Robot& robot, const std::vector<std::string>& names)
@@ -89,19 +70,19 @@ std::expected<bool, Error> by_hand(robot::Robot& robot, const std::vector<Joint*
 {
     if (auto released = set_all(joints, robot::Mode::release); !released)
         return std::unexpected(released.error());
-    Key key = Key::none;
+    Typed key = Typed::nothing;
     const auto ran = robot.run(look, [&](robot::Robot&) {
         for (Joint& joint : robot.joints())
             joint.renew();
         progress(positions(joints));
-        key = interrupted() ? Key::end : typed();
-        if (key != Key::none)
+        key = interrupted() ? Typed::end : typed();
+        if (key != Typed::nothing)
             robot.leave();
     });
     end_progress();
     if (!ran)
         return std::unexpected(ran.error());
-    return key == Key::enter;
+    return key == Typed::enter;
 }
 
 std::expected<std::vector<config::NewTarget>, Error> measured(const std::vector<Joint*>& joints)

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -33,6 +34,31 @@ bool stderr_is_terminal()
 bool stdin_is_terminal()
 {
     return ::isatty(STDIN_FILENO) != 0;
+}
+
+Typed typed()
+{
+    for (;;) {
+        pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+        if (::poll(&in, 1, 0) <= 0)
+            return Typed::nothing;
+        char one = 0;
+        if (::read(STDIN_FILENO, &one, 1) <= 0)
+            return Typed::end;
+        if (one == '\n' || one == '\r')
+            return Typed::enter;
+    }
+}
+
+Typed wait_for_line()
+{
+    for (;;) {
+        pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+        if (::poll(&in, 1, -1) < 0)
+            return Typed::end;
+        if (const auto what = typed(); what != Typed::nothing)
+            return what;
+    }
 }
 
 std::size_t columns()

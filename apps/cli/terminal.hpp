@@ -11,6 +11,12 @@ bool stdout_is_terminal();
 bool stderr_is_terminal();
 bool stdin_is_terminal();
 
+/// What has come from stdin: nothing yet, a line, or its end, which is no Enter.
+enum class Typed { nothing, enter, end };
+Typed typed();
+/// Waits for it; a signal ends it as the end of the input does.
+Typed wait_for_line();
+
 /// Columns to fill: those of the terminal, else of COLUMNS, else 80; never less than 20.
 std::size_t columns();
 

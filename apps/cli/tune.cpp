@@ -107,19 +107,42 @@ std::expected<void, Error> draw(const Words& words, const Device& device, const 
 }
 
 /// The step with the gains that are set now.
-Outcome step(const Words& words, Session& session, Driven& driven, const Trial& trial)
+Outcome step(const Words& words, Session& session, Driven& driven, const Trial& trial, std::vector<StepSample>& samples)
 {
-    auto samples = measured_step(session, driven, trial.to_rad, trial.length);
+    auto measured = measured_step(session, driven, trial.to_rad, trial.length);
     if (interrupted())
         return stop_here(session, driven);
-    if (!samples) {
-        (void)hold(driven);
-        return std::unexpected(samples.error());
+    if (!measured) {
+        (void)come_to_rest(driven);
+        return std::unexpected(measured.error());
     }
-    show(words, driven.device, trial, *samples);
-    if (auto drawn = draw(words, driven.device, trial, *samples); !drawn)
+    samples = std::move(*measured);
+    if (auto drawn = draw(words, driven.device, trial, samples); !drawn)
         return std::unexpected(drawn.error());
     return exit_done;
+}
+
+Outcome as_it_is(const Words& words, Session& session, Driven& driven, const Trial& trial)
+{
+    std::vector<StepSample> samples;
+    const auto outcome = step(words, session, driven, trial, samples);
+    if (outcome && *outcome == exit_done)
+        show(words, driven.device, trial, samples);
+    return outcome;
+}
+
+/// A signal does not cut it short, and what is not acknowledged is sent again.
+std::expected<void, Error> set_back(const Gains& gains, const Driven& driven)
+{
+    constexpr int attempts = 3;
+    const Undisturbed undisturbed;
+    auto back = gains.set_back(*driven.bus, driven.device);
+    for (int again = 1; !back && may_pass(back.error().code) && again < attempts; ++again)
+        back = gains.set_back(*driven.bus, driven.device);
+    if (!back)
+        return fail(back.error().code, fmt::format("{} may still have the gains that were tried, until power-off: {}",
+                                                   driven.device.name, to_sentence(back.error())));
+    return {};
 }
 
 Outcome with_gains(const Words& words, Session& session, Driven& driven, const Trial& trial)
@@ -127,22 +150,28 @@ Outcome with_gains(const Words& words, Session& session, Driven& driven, const T
     auto gains = Gains::from(*driven.bus, driven.device, trial.gains);
     if (!gains)
         return std::unexpected(gains.error());
-    if (auto set = gains->set_trial(*driven.bus, driven.device); !set) {
-        clear_interrupt(); // else nothing would be set back
-        (void)gains->set_back(*driven.bus, driven.device);
-        return std::unexpected(set.error());
-    }
-    const auto outcome = step(words, session, driven, trial);
+    const auto back_after = [&](const Error& what) {
+        const auto back = set_back(*gains, driven);
+        return fail(what.code, fmt::format("{}; {}", to_sentence(what),
+                                           back ? "the gains that were there before are in use again"
+                                                : to_sentence(back.error())));
+    };
+    if (auto set = gains->set_trial(*driven.bus, driven.device); !set)
+        return back_after(set.error());
+    std::vector<StepSample> samples;
+    const auto outcome = step(words, session, driven, trial, samples);
     if (outcome && *outcome == exit_done && words.has("--keep")) {
         const auto stored = gains->store(*driven.bus, driven.device);
         if (!stored)
-            return std::unexpected(stored.error());
+            return back_after(stored.error());
+        show(words, driven.device, trial, samples);
         fmt::print(stderr, "The gains are kept in flash.\n");
         return outcome;
     }
-    if (auto back = gains->set_back(*driven.bus, driven.device); !back)
-        return fail(back.error().code, fmt::format("{} still has the gains that were tried, until power-off: {}",
-                                                   driven.device.name, to_sentence(back.error())));
+    if (auto back = set_back(*gains, driven); !back)
+        return std::unexpected(back.error());
+    if (outcome && *outcome == exit_done)
+        show(words, driven.device, trial, samples);
     return outcome;
 }
 
@@ -172,7 +201,8 @@ Outcome run(const Words& words)
     if (std::abs(position_of(*driven) - trial->to_rad) < no_step_rad)
         return fail(Errc::bad_argument, fmt::format("{} stands at {:.2f} deg already; give another --to",
                                                     driven->device.name, units::deg(position_of(*driven))));
-    return trial->gains.empty() ? step(words, session, *driven, *trial) : with_gains(words, session, *driven, *trial);
+    return trial->gains.empty() ? as_it_is(words, session, *driven, *trial)
+                                : with_gains(words, session, *driven, *trial);
 }
 
 } // namespace

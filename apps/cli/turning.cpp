@@ -68,15 +68,12 @@ bool leaves_limits(const config::Joint* joint, double here, double before)
 /// No torque where holding is not possible: nothing may go on turning.
 std::expected<void, Error> end_with_torque(Driven& driven)
 {
-    auto held = hold(driven);
-    if (held)
-        return held;
-    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
-    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+    return come_to_rest(driven, Otherwise::release);
 }
 
 std::expected<void, Error> release(Driven& driven)
 {
+    const Undisturbed undisturbed;
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
 }
@@ -173,13 +170,14 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
         if (leaves_limits(joint, here, before)) {
             if (auto held = end_with_torque(driven); !held)
                 return std::unexpected(held.error());
-            return fail(Errc::out_of_range, fmt::format("{} left its limits at {:.2f} deg and was stopped",
-                                                        driven.device.name, units::deg(here)));
+            fmt::print(stderr, "sinew: {} left its limits at {:.2f} deg and was stopped\n", driven.device.name,
+                       units::deg(here));
+            return exit_at_limit;
         }
         before = here;
     }
     if (interrupted())
-        return stop_here(session, driven);
+        return stop_here(session, driven, Otherwise::release);
     if (!done) {
         (void)end_with_torque(driven);
         return std::unexpected(done.error());

@@ -9,9 +9,9 @@
 namespace sinew::record {
 namespace {
 
-std::unexpected<Error> refused(const std::filesystem::path& path, int error)
+std::unexpected<Error> refused(Errc code, const std::filesystem::path& path, int error)
 {
-    return fail(Errc::bad_argument, fmt::format("{} cannot be written: {}", path.string(), std::strerror(error)));
+    return fail(code, fmt::format("{} cannot be written: {}", path.string(), std::strerror(error)));
 }
 
 } // namespace
@@ -20,7 +20,7 @@ std::expected<WholeFile, Error> WholeFile::create(const std::filesystem::path& p
 {
     link::Fd fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (fd.get() < 0)
-        return refused(path, errno);
+        return refused(Errc::bad_argument, path, errno);
     return WholeFile(path, std::move(fd));
 }
 
@@ -36,7 +36,7 @@ std::expected<void, Error> WholeFile::append(std::string_view piece)
             // What is no regular file cannot be cut, and has no size.
             if (::ftruncate(fd_.get(), static_cast<off_t>(size_)) == 0)
                 ::lseek(fd_.get(), static_cast<off_t>(size_), SEEK_SET);
-            return refused(path_, error);
+            return refused(Errc::bad_file, path_, error);
         }
         piece.remove_prefix(static_cast<std::size_t>(written));
     }

@@ -18,7 +18,7 @@ public:
     /// `bad_argument` with the system's words where it cannot be written.
     static std::expected<WholeFile, Error> create(const std::filesystem::path& path);
 
-    /// The same after a failure: a shorter piece may still fit.
+    /// `bad_file` where it can take no more. A shorter piece may still fit.
     std::expected<void, Error> append(std::string_view piece);
     const std::filesystem::path& path() const { return path_; }
 

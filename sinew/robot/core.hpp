@@ -64,7 +64,7 @@ private:
     std::expected<void, Error> hand_over();
     std::expected<void, Error> heed_the_guardian();
     void tell_the_guardian(const Line& line);
-    void tell_the_guardian_of_a_stop();
+    void tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes); ///< empty: nobody was asked
     void show_life();
     void drive();
     void rest();

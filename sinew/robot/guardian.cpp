@@ -233,6 +233,21 @@ bool Guardian::stop_asked() const noexcept
     return memory_->stop_asked.load(std::memory_order_acquire);
 }
 
+void Guardian::stop_begun() noexcept
+{
+    memory_->stop_begun.store(true, std::memory_order_release);
+}
+
+void Guardian::stopped(std::size_t bus, StoppedBus::Outcome outcome, std::string_view says) noexcept
+{
+    if (bus >= most_buses)
+        return;
+    auto& kept = memory_->buses[bus];
+    kept.says.fill('\0');
+    says.copy(kept.says.data(), kept.says.size() - 1);
+    kept.outcome.store(static_cast<std::uint8_t>(outcome), std::memory_order_release);
+}
+
 void Guardian::stop_done() noexcept
 {
     memory_->stop_done.store(true, std::memory_order_release);

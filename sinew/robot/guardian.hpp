@@ -15,6 +15,18 @@ namespace guardian {
 struct Memory;
 }
 
+/// What is known of one bus after a stop.
+struct StoppedBus {
+    enum class Outcome : std::uint8_t {
+        sent,      ///< the frames went out, and nothing says whether they were obeyed
+        confirmed, ///< every device said so itself
+        failed,    ///< a link that is lost, or a device that did not confirm; `says` has which
+    };
+    std::string link; ///< as the program that holds it calls it
+    Outcome outcome = Outcome::sent;
+    std::string says;
+};
+
 /// A small process that outlives the program it watches, for the ways out on which a program can do nothing any more:
 /// SIGKILL, a crash, an exception that nobody catches, a loop that never returns. It holds the descriptors of the links
 /// and the frames that stop every bus, ready-made, and sends them, three times, when the program has ended without
@@ -23,8 +35,8 @@ struct Memory;
 /// It cannot help where the computer loses its power, where the guardian is killed together with the program, and where
 /// the cable is cut: then the devices do what they do without a host (docs/guide/safety.md).
 ///
-/// One thread at a time; only `beat`, `rest`, `stop_asked` and `stop_done` may be called from any. `update` and `beat`
-/// use no heap and no system call.
+/// One thread at a time; only `beat`, `rest`, `stop_asked`, `stop_begun` and `stop_done` may be called from any.
+/// `update` and `beat` use no heap and no system call.
 class Guardian
 {
 public:
@@ -60,6 +72,10 @@ public:
     /// Somebody wants this program to stop its motors: `sinew stop`, or the guardian, which found no beat. Stays so
     /// until `stop_done`. A program that does not see to it within 0.2 s has it done by the guardian.
     bool stop_asked() const noexcept;
+    /// It is about it: the frames are out. Whoever asked waits 3 s more for what comes of it.
+    void stop_begun() noexcept;
+    /// What became of a bus, for whoever asked; `says` is cut where it is longer than 160 bytes. Before `stop_done`.
+    void stopped(std::size_t bus, StoppedBus::Outcome outcome, std::string_view says) noexcept;
     void stop_done() noexcept;
 
     int process_id() const { return pid_; }
@@ -88,8 +104,14 @@ struct Guarded {
 
 std::vector<Guarded> guarded_programs();
 
-/// Has such a program stop its motors, or its guardian do it. Returns who did, as one sentence. `link_not_found` when
-/// there is no such program, `timeout` when nobody answered.
-std::expected<std::string, Error> stop_program(int pid);
+/// Who stopped the motors of a program, and what came of it, bus by bus.
+struct StoppedProgram {
+    bool by_guardian = false; ///< then nothing was asked afterwards, for the program has the links
+    std::vector<StoppedBus> buses;
+};
+
+/// Has such a program stop its motors, or its guardian do it. `link_not_found` when there is no such program, `timeout`
+/// when nobody answered.
+std::expected<StoppedProgram, Error> stop_program(int pid);
 
 } // namespace sinew::robot

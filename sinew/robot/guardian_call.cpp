@@ -46,6 +46,15 @@ std::optional<std::string> ask(int pid, std::string_view word)
     return size < 0 ? std::nullopt : std::optional<std::string>({answer.data(), static_cast<std::size_t>(size)});
 }
 
+/// What stands before the next `end`, which goes as well.
+std::string_view take(std::string_view& text, char end)
+{
+    const auto at = text.find(end);
+    const auto out = text.substr(0, at);
+    text = at == std::string_view::npos ? std::string_view{} : text.substr(at + 1);
+    return out;
+}
+
 } // namespace
 
 std::vector<Guarded> guarded_programs()
@@ -71,15 +80,26 @@ std::vector<Guarded> guarded_programs()
     return out;
 }
 
-std::expected<std::string, Error> stop_program(int pid)
+std::expected<StoppedProgram, Error> stop_program(int pid)
 {
     std::error_code none;
     if (!std::filesystem::exists(socket_of(pid), none))
         return fail(Errc::link_not_found, fmt::format("no guardian watches a program with process id {}", pid));
-    auto answer = ask(pid, "stop");
+    const auto answer = ask(pid, "stop");
     if (!answer || answer->empty())
         return fail(Errc::timeout, fmt::format("the guardian of process {} did not answer", pid));
-    return *answer;
+    StoppedProgram out;
+    std::string_view rest = *answer;
+    out.by_guardian = take(rest, '\n') != "program";
+    while (!rest.empty()) {
+        std::string_view line = take(rest, '\n');
+        const auto outcome = take(line, '\t');
+        StoppedBus bus{.link = std::string(take(line, '\t')), .says = std::string(line)};
+        if (outcome == "1" || outcome == "2")
+            bus.outcome = outcome == "1" ? StoppedBus::Outcome::confirmed : StoppedBus::Outcome::failed;
+        out.buses.push_back(std::move(bus));
+    }
+    return out;
 }
 
 } // namespace sinew::robot

@@ -11,6 +11,7 @@ namespace sinew::robot::guardian {
 inline constexpr std::size_t most_buses = 16;
 inline constexpr std::size_t most_pieces = 256; ///< frames that stop one bus
 inline constexpr std::size_t longest_name = 256;
+inline constexpr std::size_t longest_word = 160; ///< of what became of a bus
 
 /// One frame as the descriptor takes it, and how long the line needs before the next one.
 struct Piece {
@@ -29,13 +30,17 @@ struct Bus {
     std::array<char, longest_name> link{};
     std::atomic<std::uint32_t> current{0};
     std::array<Pieces, 2> pieces{};
+    // What became of the last stop: written by the program before `stop_done`, or by the guardian where that did it.
+    std::atomic<std::uint8_t> outcome{0};
+    std::array<char, longest_word> says{};
 };
 
 struct Memory {
     std::atomic<std::uint64_t> beats{0};       ///< of the program
     std::atomic<std::uint64_t> watch_beats{0}; ///< of the guardian
     std::atomic<bool> stop_asked{false};       ///< from outside, or because the beats had ended
-    std::atomic<bool> stop_done{false};        ///< by the program
+    std::atomic<bool> stop_begun{false};       ///< by the program: the frames are out
+    std::atomic<bool> stop_done{false};        ///< by the program, and it is known what became of it
     std::array<Bus, most_buses> buses{};
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,

@@ -1,4 +1,5 @@
 #include "sinew/link/descriptor.hpp"
+#include "sinew/robot/guardian.hpp"
 #include "sinew/robot/guardian_memory.hpp"
 
 #include <algorithm>
@@ -23,6 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr auto beat_period = 100ms;
 constexpr auto time_to_obey = 200ms;  // for a program that is asked to stop
+constexpr auto time_to_ask = 3s;      // for it to find out who obeyed
 constexpr auto bus_time = 100ms;      // for a descriptor that takes no more
 constexpr int rounds = 3;             // a frame may meet another one, or end half a frame that the program began
 constexpr auto between_rounds = 20ms; // silence ends whatever a device had heard of a frame
@@ -31,6 +33,7 @@ constexpr auto between_rounds = 20ms; // silence ends whatever a device had hear
 struct Sending {
     const Pieces* pieces = nullptr;
     int fd = -1;
+    bool refused = false; ///< a frame was not taken
     std::size_t next = 0;
     Clock::time_point due{};
     Clock::time_point give_up{};
@@ -153,18 +156,46 @@ private:
         static_cast<void>(::send(caller.get(), out.data(), out.size(), MSG_NOSIGNAL));
     }
 
+    /// Who did it, and a line for each bus: outcome, link, words.
     std::string stop_for_caller()
     {
+        for (Bus& bus : memory_.buses)
+            note(bus, StoppedBus::Outcome::sent, "");
+        memory_.stop_begun.store(false, std::memory_order_release);
         memory_.stop_done.store(false, std::memory_order_release);
         memory_.stop_asked.store(true, std::memory_order_release);
-        const auto until = Clock::now() + time_to_obey;
-        while (Clock::now() < until && !ended()) {
-            if (memory_.stop_done.load(std::memory_order_acquire))
-                return fmt::format("the program with process id {} stopped its motors", program_);
+        const bool begun = becomes_true(memory_.stop_begun, time_to_obey);
+        const bool done = begun && becomes_true(memory_.stop_done, time_to_ask);
+        const bool obeyed = done || (begun && !ended());
+        if (!obeyed)
+            stop_all({});
+        else if (!done)
+            for (Bus& bus : memory_.buses)
+                note(bus, StoppedBus::Outcome::failed, "it did not find out in time whether its devices obeyed");
+        std::string out = obeyed ? "program\n" : "guardian\n";
+        for (const Bus& bus : memory_.buses)
+            if (bus.link.front() != '\0')
+                out += fmt::format("{}\t{}\t{}\n", bus.outcome.load(std::memory_order_acquire), bus.link.data(),
+                                   bus.says.data());
+        return out;
+    }
+
+    bool becomes_true(const std::atomic<bool>& flag, Clock::duration within) const
+    {
+        const auto until = Clock::now() + within;
+        while (!flag.load(std::memory_order_acquire) && !memory_.stop_done.load(std::memory_order_acquire)) {
+            if (Clock::now() >= until || ended())
+                return false;
             ::poll(nullptr, 0, 1);
         }
-        stop_all({});
-        return fmt::format("the guardian of the program with process id {} stopped its motors", program_);
+        return true;
+    }
+
+    static void note(Bus& bus, StoppedBus::Outcome outcome, std::string_view says)
+    {
+        bus.says.fill('\0');
+        says.copy(bus.says.data(), bus.says.size() - 1);
+        bus.outcome.store(static_cast<std::uint8_t>(outcome), std::memory_order_release);
     }
 
     // ---- the stop ----
@@ -188,9 +219,11 @@ private:
         std::array<Sending, most_buses> all{};
         std::size_t count = 0;
         for (std::size_t i = 0; i < most_buses; ++i) {
-            if (!links_[i])
+            Bus& bus = memory_.buses[i];
+            if (!links_[i]) {
+                note(bus, StoppedBus::Outcome::failed, "its link is lost");
                 continue;
-            const Bus& bus = memory_.buses[i];
+            }
             all[i] = {.pieces = &bus.pieces[bus.current.load(std::memory_order_acquire)],
                       .fd = links_[i].get(),
                       .give_up = Clock::now() + bus_time};
@@ -201,6 +234,11 @@ private:
                 send_next(one);
             ::poll(nullptr, 0, 1);
         }
+        for (std::size_t i = 0; i < most_buses; ++i)
+            if (all[i].refused)
+                note(memory_.buses[i], StoppedBus::Outcome::failed, "the line takes nothing");
+            else if (links_[i])
+                note(memory_.buses[i], StoppedBus::Outcome::sent, "");
         return count;
     }
 
@@ -212,6 +250,7 @@ private:
             const ssize_t size = ::write(one.fd, piece.bytes.data(), piece.size);
             if (size < 0 && (errno == EAGAIN || errno == ENOBUFS || errno == EINTR) && now < one.give_up)
                 return;
+            one.refused = one.refused || size < 0;
             ++one.next; // a line that is gone takes nothing, and the others must have theirs
             now = Clock::now();
             one.due = now + std::chrono::microseconds(piece.pause_us);

@@ -280,8 +280,11 @@ TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)
     const std::array stop{stop_of(1)};
     Program program(wire, stop, [](Program::Inside inside) {
         for (;;) {
-            if (inside.guardian.stop_asked())
+            if (inside.guardian.stop_asked()) {
+                inside.guardian.stop_begun();
+                inside.guardian.stopped(0, StoppedBus::Outcome::failed, "not confirmed by elbow");
                 inside.guardian.stop_done();
+            }
             std::this_thread::yield();
         }
     });
@@ -291,7 +294,11 @@ TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)
     EXPECT_EQ(found->links, std::vector{wire.uri});
     const auto said = stop_program(program.pid());
     ASSERT_TRUE(said);
-    EXPECT_EQ(*said, "the program with process id " + std::to_string(program.pid()) + " stopped its motors");
+    EXPECT_FALSE(said->by_guardian);
+    ASSERT_EQ(said->buses.size(), 1U);
+    EXPECT_EQ(said->buses.front().link, wire.uri);
+    EXPECT_EQ(said->buses.front().outcome, StoppedBus::Outcome::failed);
+    EXPECT_EQ(said->buses.front().says, "not confirmed by elbow");
     EXPECT_TRUE(wire.read(1, 100).empty());
 }
 
@@ -302,8 +309,9 @@ TEST(GuardianTest, AProgramThatDoesNotObeyIsStoppedByItsGuardian)
     Program program(wire, stop, forever);
     const auto said = stop_program(program.pid());
     ASSERT_TRUE(said);
-    EXPECT_EQ(*said,
-              "the guardian of the program with process id " + std::to_string(program.pid()) + " stopped its motors");
+    EXPECT_TRUE(said->by_guardian);
+    ASSERT_EQ(said->buses.size(), 1U);
+    EXPECT_EQ(said->buses.front().outcome, StoppedBus::Outcome::sent);
     const auto all = times(3, stop);
     EXPECT_EQ(wire.read(all.size()), all);
 }

@@ -53,7 +53,7 @@ std::expected<void, Error> Core::heed_the_guardian()
         if (enabled)
             return stop_for(std::move(why));
         send_stop();
-        tell_the_guardian_of_a_stop();
+        tell_the_guardian_of_a_stop({});
     }
     if (enabled && !guardian_->is_alive())
         return stop_for({.code = Errc::stopped,
@@ -103,10 +103,31 @@ void Core::rest()
         guardian_->rest();
 }
 
-void Core::tell_the_guardian_of_a_stop()
+void Core::tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes)
 {
-    if (guardian_ != nullptr && guardian_->stop_asked())
-        guardian_->stop_done();
+    if (guardian_ == nullptr || !guardian_->stop_asked())
+        return;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        auto outcome = outcomes.empty() ? StoppedBus::Outcome::sent : StoppedBus::Outcome::confirmed;
+        std::string failures;
+        for (const Stopped& one : outcomes) {
+            if (std::ranges::find(lines[i]->joints(), one.joint, &Joint::name) == lines[i]->joints().end())
+                continue;
+            // What was to hold and was never seen at rest may turn on.
+            const bool failed = one.outcome == Stopped::Outcome::failed ||
+                                (one.outcome == Stopped::Outcome::sent && one.did != Mode::release);
+            if (failed)
+                failures += (failures.empty() ? "" : ", ") + std::string(one.joint);
+            else if (one.outcome == Stopped::Outcome::sent && outcome == StoppedBus::Outcome::confirmed)
+                outcome = StoppedBus::Outcome::sent;
+        }
+        if (lines[i]->is_lost())
+            failures = "its link is lost";
+        else if (!failures.empty())
+            failures = "not confirmed by " + failures;
+        guardian_->stopped(i, failures.empty() ? outcome : StoppedBus::Outcome::failed, failures);
+    }
+    guardian_->stop_done();
 }
 
 } // namespace sinew::robot

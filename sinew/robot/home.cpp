@@ -1,6 +1,7 @@
 #include "sinew/actuator/check.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/core.hpp"
+#include "sinew/robot/stop_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +12,12 @@ namespace sinew::robot {
 namespace {
 
 constexpr Duration look = std::chrono::milliseconds{10};
-/// So long it must get along by less than a share of its way before something is in it.
-constexpr Duration stand_still = std::chrono::milliseconds{200};
-constexpr Duration gets_going = std::chrono::seconds{1};
-constexpr double share_of_way = 0.3;
 constexpr double arrived_rad = units::rad(0.5);
 
 /// One joint on its way against its stop.
 struct Search {
     Joint* joint = nullptr;
-    double from_rad = 0.0;
-    TimePoint since{};
+    StopSearch search;
     bool found = false;
 };
 
@@ -52,7 +48,7 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
     std::vector<Search> searches;
     for (Joint* joint : all)
         if (joint->file().home.to_stop)
-            searches.push_back({joint, joint->state_.position_rad.value_or(0.0), clock->now() + gets_going});
+            searches.push_back({joint, {joint->state_.position_rad.value_or(0.0), clock->now()}});
     for (auto& search : searches) {
         const auto able =
             actuator::check(search.joint->mounting_.to_actuator(Command{
@@ -71,14 +67,8 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
             // Whoever was stopped by something else stands still as well, and not at his stop.
             if (search.joint->command_.mode != Mode::velocity)
                 return false;
-            // In the time of the measurements: one that is missing must not pass for a joint that does not get along.
-            const auto& here = search.joint->state_.position_rad;
-            if (!here || here.at() - search.since < stand_still)
-                continue;
-            const double most = search.joint->file().home.velocity_rad_s * seconds(here.at() - search.since);
-            search.found = std::abs(*here - search.from_rad) < share_of_way * most;
-            search.from_rad = *here;
-            search.since = here.at();
+            search.found =
+                search.search.found(search.joint->state_.position_rad, search.joint->file().home.velocity_rad_s);
             if (search.found)
                 search.joint->end_search(true);
         }

@@ -1,4 +1,5 @@
 #include "sinew/robot/core.hpp"
+#include "sinew/robot/guardian.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -117,9 +118,11 @@ std::vector<Stopped> Core::stop(const std::string& why)
     if (!fault && was_enabled && !why.empty())
         incidents.add({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
     send_stop();
-    tell_the_guardian_of_a_stop();
+    if (guardian_ != nullptr)
+        guardian_->stop_begun();
     stop_asked_.store(false);
     verify(outcomes);
+    tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)
         joint.command_ = {.mode = joint.policy()};
     rest();

@@ -1,6 +1,7 @@
 """What somebody does to an actuator at the bench: ids, bit rates, settings, zeroes. In virtual time where a device may be
 forgotten afterwards, over pseudo terminals where it must remember."""
 import json
+import math
 import os
 import re
 import tempfile
@@ -127,7 +128,9 @@ class Settings(unittest.TestCase):
                                "left_knee": "write-parameter-rom"}[joint]])
             self.assertIn("--yes", sinew("restore", self.kept, joint, *SIM, code=2).stderr)
             done = as_json("restore", self.kept, joint, *SIM, "--yes")
-            self.assertEqual(done, [{"device": joint, "written": names, "calibration_left_out": 0}])
+            self.assertEqual(done, [{"device": joint, "from": joint, "written": names, "calibration_left_out": 0,
+                                     "not_compared": done[0]["not_compared"]}])
+            self.assertNotIn(names[0], done[0]["not_compared"])
 
     def test_calibration_stays_with_its_device(self):
         sinew("save", "left_knee", *SIM, "--output", self.kept)
@@ -141,7 +144,7 @@ class Settings(unittest.TestCase):
     def test_the_wrong_device_is_refused(self):
         sinew("save", "elbow", *SIM, "--output", self.kept)
         for joint, what in (("waist_yaw", "family"), ("gripper", "model")):
-            done = sinew("restore", self.kept, joint, *SIM, "--yes", code=10)
+            done = sinew("restore", self.kept, joint, "--from", "elbow", *SIM, "--yes", code=10)
             self.assertIn(f"is of the {what}", done.stderr)
             sinew("diff", self.kept, joint, *SIM, code=10)
         self.change('profile = "sam-1.0"', 'profile = "sam-9"')
@@ -156,6 +159,27 @@ class Settings(unittest.TestCase):
             self.assertRegex(done.stderr, r"kept\.toml:\d+:\d+: ")
             self.assertIn(said, done.stderr)
         self.assertIn("no such file", sinew("diff", "/nowhere.toml", *SIM, code=9).stderr)
+
+    def test_settings_of_one_joint_do_not_come_to_another_by_themselves(self):
+        sinew("save", "left_hip", *SIM, "--output", self.kept)
+        self.change("max_speed = ", "max_speed = 1")
+        done = sinew("restore", self.kept, "right_hip", *SIM, "--yes", code=2)
+        self.assertIn("has the settings of left_hip and not of right_hip; --from left_hip", done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertIn("max-speed of right_hip (as left_hip had them)",
+                      sinew("restore", self.kept, "right_hip", "--from", "left_hip", *SIM, code=2).stderr)
+        done = as_json("restore", self.kept, "right_hip", "--from", "left_hip", *SIM, "--yes")[0]
+        self.assertEqual((done["device"], done["from"], done["written"]), ("right_hip", "left_hip", ["max-speed"]))
+        self.assertIn("nothing of left_hipp", sinew("restore", self.kept, "right_hip", "--from", "left_hipp", *SIM, code=2).stderr)
+        self.assertIn("name that as well", sinew("restore", self.kept, "--from", "left_hip", *SIM, code=2).stderr)
+
+    def test_gains_that_are_in_use_are_not_taken_for_those_in_flash(self):
+        sinew("save", "elbow", *SIM, "--output", self.kept)
+        done = sinew("restore", self.kept, "elbow", *SIM, "--yes")
+        self.assertIn("no difference that can be read", done.stdout)
+        self.assertIn("not compared with what is stored, which cannot be read: pd-gain, i-gain of elbow", done.stderr)
+        done = as_json("restore", self.kept, "elbow", *SIM, "--yes", "--with-stored")[0]
+        self.assertEqual((done["written"], done["not_compared"]), (["pd-gain", "i-gain"], []))
 
     def test_two_files_are_compared(self):
         other = os.path.join(self.folder.name, "then.toml")
@@ -293,6 +317,23 @@ class Positions(unittest.TestCase):
                 self.assertGreater(looks[-1]["time_s"], 1.5, joint)
                 self.assertLess(looks[-1]["time_s"], 4.0, joint)
 
+    def test_home_by_a_stop_finds_it_and_counts_from_there(self):
+        with open(DEMO, encoding="utf-8") as file:
+            text = file.read()
+        for joint, stop_deg, direction in (("left_hip", -70, -1), ("neck_yaw", 60, 1), ("elbow", -50, -1)):
+            with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+                robot.write(text + f'[joint.{joint}.home]\nroutine = "stop"\ndirection = {direction}\n'
+                                   f"position_deg = {1.25 * stop_deg}\nvelocity_deg_s = 20\n"
+                                   f"[joint.{joint}.plant]\n{'stop_min' if direction < 0 else 'stop_max'}_rad = "
+                                   f"{math.radians(stop_deg)}\n")
+                robot.flush()
+                done = sinew("home", joint, "--robot", robot.name, "--sim", "--yes")
+                self.assertIn(f"{joint} has found its stop", done.stdout)
+                # The file says that the stop is a quarter further out: the device ends that much on this side of its own 0.
+                zero = float(re.search(r"zero_deg = (-?\d+\.\d+)", done.stdout)[1])
+                self.assertAlmostEqual(abs(zero), abs(0.25 * stop_deg), delta=3, msg=joint)
+                self.assertAlmostEqual(float(re.findall(r"\d s +(-?\d+\.\d+) deg", done.stdout)[-1]), 0.0, delta=0.6, msg=joint)
+
     def test_home_of_a_robot_goes_one_after_the_other(self):
         done = sinew("home", *SIM, "--yes")
         self.assertEqual(len([line for line in done.stdout.splitlines() if "deg" not in line]), 16)
@@ -318,6 +359,12 @@ class Positions(unittest.TestCase):
             text = sinew(*words, text="\n").stdout
             self.assertRegex(text, r"\[joint\.elbow\]\nzero_deg = \S+\nposition_min_deg = -\S+\nposition_max_deg = \d")
         self.assertIn("--yes", sinew("calibrate", "elbow", *SIM, code=2).stderr)
+
+    def test_calibrate_does_not_take_the_end_of_its_input_for_enter(self):
+        for text in ("", "\n"):
+            done = sinew("calibrate", "elbow", *SIM, "--yes", text=text, code=10)
+            self.assertEqual(done.stdout, "")
+            self.assertIn("The input ended before Enter was pressed: nothing was found", done.stderr)
 
 
 if __name__ == "__main__":

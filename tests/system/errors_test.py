@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
-from support import DEMO, PATIENCE, SINEW, environment, sinew
+from support import DEMO, PATIENCE, SINEW, Terminal, environment, sinew
 
 SAM = ["--family", "sam", "--id", "1"]
 
@@ -132,6 +132,12 @@ class Errors(unittest.TestCase):
             for words in [["--help"]] + [[*verb.split(), "--help"] for verb in verbs]:
                 for line in sinew(*words, columns=columns).stdout.splitlines():
                     self.assertLessEqual(len(line), columns, f"{words} at {columns}: {line}")
+
+    def test_no_color_means_no_escape_sequences(self):
+        for env, bold in ((environment(), True), (environment(NO_COLOR="1"), False), (environment(TERM="dumb"), False)):
+            page = Terminal("--help", env=env | {"TERM": env.get("TERM", "xterm")})
+            page.end()
+            self.assertEqual("\033[" in page.seen, bold, page.seen[:80])
 
     def test_output_that_cannot_be_written_is_code_1(self):
         with open("/dev/full", "w") as full:

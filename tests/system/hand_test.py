@@ -77,7 +77,7 @@ class Turning(unittest.TestCase):
         self.assertLess(back[-1]["position_rad"], back[0]["position_rad"] - 0.001)
 
     def test_it_stops_at_the_limits_of_the_robot_file(self):
-        done = sinew("move", "neck_yaw", "--velocity", "60deg/s", "--for", "20s", *SIM, "--yes", code=2)
+        done = sinew("move", "neck_yaw", "--velocity", "60deg/s", "--for", "20s", *SIM, "--yes", code=14)
         self.assertIn("left its limits at 8", done.stderr)
 
     def test_what_cannot_be_is_refused(self):

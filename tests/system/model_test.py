@@ -64,6 +64,12 @@ class Completion(unittest.TestCase):
         self.assertIn("speed-closed-loop", words("send", "left_knee", "speed"))
         self.assertIn("request-ping", words("send", "serial:/dev/x", "--family", "nuri", "request"))
         self.assertIn("brown-out", words("sim", "fault", "elbow", "b"))
+        self.assertEqual(words("teach", "x", "--joint", "elb"), ["elbow"])
+
+    def test_poses_and_sequences(self):
+        self.assertEqual(words("play", "wa"), ["wave"])
+        self.assertIn("stand", words("teach", ""))
+        self.assertNotIn("wave", words("teach", ""))
 
     def test_what_is_not_known_is_nothing(self):
         self.assertEqual(words("move", "", robot=None), [])

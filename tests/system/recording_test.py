@@ -269,13 +269,41 @@ class Record(InFolder):
         self.refused(["record", self.path("x.mcap"), *ROBOT, "--rate", "0"], 2, "--rate")
         self.assertEqual(os.listdir(self.folder), [])
 
+    def test_an_older_recording_stays_where_nobody_answers(self):
+        file = self.path("old.mcap")
+        shutil.copy(self.run_file, file)
+        with open(file, "rb") as old:
+            before = old.read()
+        nobody = [f"sim:{DEMO}#legs", "--family", "rmd", "--id", "9", "--profile", "rmd-2.35", "--model", "MG"]
+        self.refused(["record", file, *nobody, "--for", "10ms"], 7, "no answer")
+        self.refused(["record", file, "serial:/dev/sinew-is-not-here", "--family", "sam", "--id", "1"], 3)
+        with open(file, "rb") as old:
+            self.assertEqual(old.read(), before)
+        self.assertEqual(os.listdir(self.folder), ["old.mcap"])
+
+    def test_one_silent_joint_among_others_does_not_end_a_recording(self):
+        with open(DEMO, encoding="utf-8") as demo, open(self.path("robot.toml"), "w", encoding="utf-8") as robot:
+            robot.write(demo.read() + '[[sim.fault]]\nkind = "unplug"\njoint = "elbow"\n')
+        got = as_json("record", self.path("run.mcap"), "--robot", self.path("robot.toml"), "--sim", "--for", "100ms")
+        self.assertEqual(got["joints"], 16)
+        self.assertGreater(got["losses"], 0)
+
+    def test_export_says_what_it_wrote(self):
+        file = self.path("states.csv")
+        got = as_json("export", self.run_file, "--out", file)
+        with open(file, encoding="utf-8") as written:
+            self.assertEqual(got, {"file": file, "format": "csv", "rows": len(written.readlines()) - 1})
+        got = as_json("export", self.run_file, "--to", "candump", "--bus", "legs", "--out", self.path("legs.log"))
+        self.assertEqual(got["rows"], mcap.read(self.run_file)["statistics"]["by_topic"]["/bus/legs"])
+        self.refused(["export", self.run_file, "--json"], 2, "--out FILE")
+
     def test_a_full_disk_is_a_sentence_and_what_was_recorded_stays_whole(self):
         os.symlink("/dev/full", self.path("full.mcap"))
-        self.refused(["record", self.path("full.mcap"), *ROBOT, "--for", "1s"], 2, "No space left")
+        self.refused(["record", self.path("full.mcap"), *ROBOT, "--for", "1s"], 9, "No space left")
         file = self.path("run.mcap")
         done = subprocess.run([SINEW, "record", file, *ROBOT, "--for", "20s"], capture_output=True, text=True, timeout=PATIENCE,
                               env=environment(), cwd=SOURCE, preexec_fn=full_disk(8_000_000))
-        self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+        self.assertEqual((done.returncode, done.stdout), (9, ""), done.stderr)
         self.assertRegex(done.stderr, r"^sinew: [^\n]+run\.mcap cannot be written: File too large\n$")
         self.assertLessEqual(os.path.getsize(file), 8_000_000)
         whole = as_json("recover", file)

@@ -1,0 +1,73 @@
+#include "apps/cli/home_stop.hpp"
+
+#include "sinew/base/units.hpp"
+#include "sinew/robot/stop_search.hpp"
+
+#include <fmt/format.h>
+
+namespace sinew::cli {
+namespace {
+
+constexpr Duration tick = std::chrono::milliseconds(20);
+constexpr int ticks_per_line = 5;
+
+/// From now on the joint counts from here: where it stands is where the robot file says that its stop is.
+void count_from_stop(Device& device, double actuator_rad)
+{
+    auto file = std::make_shared<config::RobotFile>(*device.file);
+    auto& joint = file->joints[static_cast<std::size_t>(device.joint - device.file->joints.data())];
+    joint.zero_rad = actuator_rad - joint.home.position_rad * joint.direction * joint.ratio;
+    device.joint = &joint;
+    device.file = std::move(file);
+}
+
+actuator::Measured<double> place(const Driven& driven)
+{
+    const auto& at = driven.state.position_rad;
+    return at ? actuator::Measured<double>{to_joint_position(driven.device.joint, *at), at.at()}
+              : actuator::Measured<double>{};
+}
+
+} // namespace
+
+std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& session, Driven& driven,
+                                                   Duration within)
+{
+    const auto& home = driven.device.joint->home;
+    const auto requests =
+        plan(driven, {.mode = actuator::Mode::velocity, .velocity_rad_s = home.direction * home.velocity_rad_s});
+    if (!requests)
+        return std::unexpected(requests.error());
+    const TimePoint begin = session.clock().now();
+    robot::StopSearch search(position_of(driven), begin);
+    auto done = carry_out(driven, *requests);
+    for (int n = 1; done && !interrupted(); ++n) {
+        wait_until(session, begin + n * tick);
+        if (interrupted())
+            break;
+        done = read_state(driven, actuator::Depth::motion);
+        if (!done || search.found(place(driven), home.velocity_rad_s))
+            break;
+        if (n % ticks_per_line == 0)
+            show_state(words, driven, session.clock().now() - begin);
+        if (session.clock().now() - begin > within)
+            done = fail(Errc::timeout, fmt::format("{} has found no stop in {:g} s; is `direction` of its home right?",
+                                                   driven.device.name, seconds(within)));
+    }
+    if (interrupted()) {
+        const auto stopped = stop_here(session, driven, Otherwise::release);
+        return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
+    }
+    const double stop_rad = driven.state.position_rad.value_or(0.0);
+    const auto held = come_to_rest(driven, Otherwise::release);
+    if (!done || !held)
+        return std::unexpected(done ? held.error() : done.error());
+    count_from_stop(driven.device, stop_rad);
+    if (!words.json())
+        fmt::print("{} has found its stop: {:.2f} deg by the robot file; zero_deg = {:.2f} until it is switched off\n",
+                   driven.device.name, units::deg(driven.device.joint->home.position_rad),
+                   units::deg(driven.device.joint->zero_rad));
+    return std::nullopt;
+}
+
+} // namespace sinew::cli

@@ -1,0 +1,154 @@
+"""Verbs that move a motor, ended in every way in which a program can end: the motor comes to rest."""
+import json
+import os
+import signal
+import tempfile
+import time
+import unittest
+
+from play_test import ARM
+from support import DEMO, PATIENCE, Simulator, Terminal, as_json, sinew
+
+# So slow that a motion lasts while somebody looks; a Nuri plans its moves itself and would go on to where it was sent.
+HEAD = "position_max_deg = 90\nvelocity_max_deg_s = "
+SLOW = {"turn": ("left_hip", ["--velocity", "-2deg/s", "--for", "1000s"]),
+        "move": ("right_hip", ["-80deg", "--speed", "2deg/s"]),
+        "home": ("waist_yaw", ["--speed", "2deg/s"]),
+        "tune": ("waist_yaw", ["--to", "-80deg", "--for", "1000s"]),
+        "jog": ("neck_yaw", ["--speed", "5deg/s"])}
+
+
+class Killed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        os.environ["XDG_RUNTIME_DIR"] = cls.folder.name
+        with open(DEMO, encoding="utf-8") as file:
+            text = file.read()
+        assert HEAD + "60\n" in text
+        path = os.path.join(cls.folder.name, "slow.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text.replace(HEAD + "60\n", HEAD + "4\n") + "[joint.waist_yaw.sim]\nstart_rad = 1.4\n")
+        cls.sim = Simulator(robot=path)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.sim.close()
+        del os.environ["XDG_RUNTIME_DIR"]
+        cls.folder.cleanup()
+
+    def place(self, joint):
+        return as_json("sim", "look", joint)[0]["position_rad"]
+
+    def until(self, what, happens):
+        end = time.monotonic() + PATIENCE
+        while not happens():
+            self.assertLess(time.monotonic(), end, f"{what} does not happen")
+
+    def start(self, verb):
+        """A program whose motor turns, and the joint."""
+        joint, words = SLOW[verb]
+        begin = self.place(joint)
+        program = Terminal("move" if verb == "turn" else verb, joint, *words, *self.sim.robot, "--yes")
+        self.addCleanup(self.clear_away, program)
+        if verb == "jog":
+            program.read_until("deg/s")
+        self.until(f"{verb}", lambda: (verb == "jog" and program.type("\033[C")) or abs(self.place(joint) - begin) > 0.005)
+        return program, joint
+
+    def clear_away(self, program):
+        """Also its guardian, which has the port and the terminal until it is done."""
+        if program.process.poll() is None:
+            program.process.kill()
+            program.end()
+
+    def rests(self, joint):
+        before = self.place(joint)
+        time.sleep(0.5)  # at 2 deg/s it would turn 0.017 rad
+        return abs(self.place(joint) - before) < 2e-3
+
+    def comes_to_rest(self, verb, joint):
+        self.until(f"{verb}: {joint} at rest", lambda: self.rests(joint))
+        # Where it was on its way to is far: it was stopped, and has not arrived.
+        goal = {"turn": -1.74, "move": -1.39, "home": 0.0, "tune": -1.39, "jog": 1.39}[verb]
+        self.assertGreater(abs(self.place(joint) - goal), 0.1, verb)
+
+    def test_a_program_that_is_killed_leaves_no_motor_turning(self):
+        for verb in SLOW:
+            with self.subTest(verb=verb):
+                program, joint = self.start(verb)
+                program.process.kill()
+                self.assertEqual(program.end(), -signal.SIGKILL)
+                self.comes_to_rest(verb, joint)
+
+    def test_ctrl_z_stops_the_motor_and_ends_the_program(self):
+        for verb in SLOW:
+            with self.subTest(verb=verb):
+                program, joint = self.start(verb)
+                program.process.send_signal(signal.SIGTSTP)
+                program.read_until("cannot stop its motor")
+                self.assertEqual(program.end(), 130, program.seen)
+                self.comes_to_rest(verb, joint)
+
+    def test_many_signals_do_not_cancel_the_closing_hold(self):
+        for verb in SLOW:
+            with self.subTest(verb=verb):
+                program, joint = self.start(verb)
+                for _ in range(200):
+                    program.process.send_signal(signal.SIGINT)
+                    time.sleep(0.001)
+                self.assertEqual(program.end(), 130, program.seen)
+                self.comes_to_rest(verb, joint)
+
+    def test_a_program_that_hangs_has_its_motor_stopped(self):
+        program, joint = self.start("turn")
+        program.process.send_signal(signal.SIGSTOP)
+        self.comes_to_rest("turn", joint)
+
+    def test_stop_from_elsewhere_is_heeded_and_says_what_is_known(self):
+        for verb in ("turn", "home"):
+            with self.subTest(verb=verb):
+                program, joint = self.start(verb)
+                done = [one for one in as_json("stop", joint, *self.sim.robot)]
+                self.assertEqual([(one["name"], one["confirmed"]) for one in done], [(joint, True)])
+                self.assertIn("stopped its motors", done[0]["state"])
+                self.assertEqual(program.end(), 130, program.seen)
+                self.assertIn("stopped from another program", program.seen)
+                self.comes_to_rest(verb, joint)
+
+    def test_a_stop_that_nobody_confirms_is_not_called_one(self):
+        program, joint = self.start("turn")
+        program.process.send_signal(signal.SIGSTOP)
+        done = sinew("stop", joint, *self.sim.robot, "--json", code=7)
+        self.assertEqual([one["confirmed"] for one in json.loads(done.stdout)], [False])
+        self.assertNotIn("stopped its motors", done.stdout + done.stderr)
+        self.assertRegex(done.stderr, rf"{joint} may NOT have stopped: the guardian of the program with process id \d+ told")
+        self.comes_to_rest("turn", joint)
+
+
+class Unplugged(unittest.TestCase):
+    def test_a_stop_names_the_bus_on_which_a_device_did_not_confirm(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.environ["XDG_RUNTIME_DIR"] = folder
+            path = os.path.join(folder, "arm.toml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(ARM + "\n[safety]\nsilence_max_s = 3600\n")
+            sim = Simulator(path, buses=1)
+            try:
+                playing = Terminal("play", "never", *sim.robot, "--yes")
+                playing.read_until("move elbow 60 deg")
+                sinew("sim", "fault", "wrist", "unplug")
+                done = sinew("stop", *sim.robot, "--json", code=7)
+                said = {one["name"]: one for one in json.loads(done.stdout)}
+                self.assertFalse(said["wrist"]["confirmed"])
+                self.assertTrue(said["wrist"]["error"])
+                self.assertNotIn("stopped its motors", done.stdout)
+                self.assertIn("wrist may NOT have stopped", done.stderr)
+                playing.end()
+            finally:
+                sim.close()
+                del os.environ["XDG_RUNTIME_DIR"]
+
+
+if __name__ == "__main__":
+    unittest.main()
