@@ -55,8 +55,9 @@ TEST_P(MovingTest, ASecondInterruptDoesNotCancelTheClosingHold)
         const double before = position_of(*driven);
         wait_until(session, session.clock().now() + time);
         ASSERT_TRUE(read_state(*driven, actuator::Depth::motion));
-        if (time == std::chrono::milliseconds(1000))
+        if (time == std::chrono::milliseconds(1000)) {
             EXPECT_NEAR(position_of(*driven), before, 0.01);
+        }
     }
 }
 

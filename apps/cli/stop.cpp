@@ -37,7 +37,7 @@ std::expected<Told, Error> stop_driven(Driven& driven, bool keep_torque)
     const bool acknowledged = requests->all().back().answered;
     if (auto sent = carry_out(driven, *requests); !sent)
         return std::unexpected(sent.error());
-    return acknowledged ? Told{"released", true} : Told{"told to release (not acknowledged)", false};
+    return acknowledged ? Told{"released", true} : Told{"released (not acknowledged)", false};
 }
 
 /// Again where a device did not confirm: a stop changes nothing when it is carried out twice, and one lost frame must

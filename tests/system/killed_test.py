@@ -19,23 +19,19 @@ SLOW = {"turn": ("left_hip", ["--velocity", "-2deg/s", "--for", "1000s"]),
 
 
 class Killed(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        os.environ["XDG_RUNTIME_DIR"] = cls.folder.name
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        os.environ["XDG_RUNTIME_DIR"] = self.folder.name
+        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
         with open(DEMO, encoding="utf-8") as file:
             text = file.read()
         assert HEAD + "60\n" in text
-        path = os.path.join(cls.folder.name, "slow.toml")
+        path = os.path.join(self.folder.name, "slow.toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(text.replace(HEAD + "60\n", HEAD + "4\n") + "[joint.waist_yaw.sim]\nstart_rad = 1.4\n")
-        cls.sim = Simulator(robot=path)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.sim.close()
-        del os.environ["XDG_RUNTIME_DIR"]
-        cls.folder.cleanup()
+        self.sim = Simulator(robot=path)
+        self.addCleanup(self.sim.close)
 
     def place(self, joint):
         return as_json("sim", "look", joint)[0]["position_rad"]
