@@ -86,16 +86,6 @@ class Killed(unittest.TestCase):
                 self.assertEqual(program.end(), 130, program.seen)
                 self.comes_to_rest(verb, joint)
 
-    def test_many_signals_do_not_cancel_the_closing_hold(self):
-        for verb in SLOW:
-            with self.subTest(verb=verb):
-                program, joint = self.start(verb)
-                for _ in range(200):
-                    program.process.send_signal(signal.SIGINT)
-                    time.sleep(0.001)
-                self.assertEqual(program.end(), 130, program.seen)
-                self.comes_to_rest(verb, joint)
-
     def test_a_program_that_hangs_has_its_motor_stopped(self):
         program, joint = self.start("turn")
         program.process.send_signal(signal.SIGSTOP)
