@@ -6,7 +6,6 @@ import tempfile
 import time
 import unittest
 
-from play_test import ARM
 from support import DEMO, PATIENCE, Simulator, Terminal, as_json, sinew
 
 # So slow that a motion lasts while somebody looks; a Nuri plans its moves itself and would go on to where it was sent.
@@ -110,30 +109,6 @@ class Killed(unittest.TestCase):
         self.assertNotIn("stopped its motors", done.stdout + done.stderr)
         self.assertRegex(done.stderr, rf"{joint} may NOT have stopped: the guardian of the program with process id \d+ told")
         self.comes_to_rest("turn", joint)
-
-
-class Unplugged(unittest.TestCase):
-    def test_a_stop_names_the_bus_on_which_a_device_did_not_confirm(self):
-        with tempfile.TemporaryDirectory() as folder:
-            os.environ["XDG_RUNTIME_DIR"] = folder
-            path = os.path.join(folder, "arm.toml")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(ARM + "\n[safety]\nsilence_max_s = 3600\n")
-            sim = Simulator(path, buses=1)
-            try:
-                playing = Terminal("play", "never", *sim.robot, "--yes")
-                playing.read_until("move elbow 60 deg")
-                sinew("sim", "fault", "wrist", "unplug")
-                done = sinew("stop", *sim.robot, "--json", code=7)
-                said = {one["name"]: one for one in json.loads(done.stdout)}
-                self.assertFalse(said["wrist"]["confirmed"])
-                self.assertTrue(said["wrist"]["error"])
-                self.assertNotIn("stopped its motors", done.stdout)
-                self.assertIn("wrist may NOT have stopped", done.stderr)
-                playing.end()
-            finally:
-                sim.close()
-                del os.environ["XDG_RUNTIME_DIR"]
 
 
 if __name__ == "__main__":
