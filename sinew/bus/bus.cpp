@@ -236,7 +236,10 @@ bool Bus::note_written(const std::expected<std::size_t, Error>& wrote, const wir
     const std::size_t count = bytes_ != nullptr ? take_note(first, *wrote) : *wrote;
     if (count > 0) {
         trouble_.blocked = false;
-        conversation_.transmitted(count, now);
+        if (conversation_.busy())
+            conversation_.transmitted(count, now);
+        else
+            conversation_.distrust(now); // the rest of a frame that nobody waits for: what it brings is nobody's
         return true;
     }
     if (!trouble_.blocked) {
@@ -256,7 +259,8 @@ bool Bus::work()
     else if (look_)
         read_link();
     look_ = true;
-    if (!conversation_.busy() && !has_news())
+    // A stop waits for the rest of a frame even where the exchange that it was of is over.
+    if (!conversation_.busy() && !has_news() && written_ == 0)
         return true;
     TimePoint now = clock_.now();
     for (;;) {

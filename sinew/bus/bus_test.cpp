@@ -5,7 +5,6 @@
 #include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <thread>
 #include <vector>
 
@@ -213,68 +212,6 @@ TEST(Bus, GivesUpAPortThatTakesNoBytes)
     EXPECT_LE(clock.waits, 3) << "it waits and does not spin";
     bus.request_stop();
     EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::stopped);
-}
-
-/// A port that takes half a frame, and the rest of it when it has room again.
-class HalfLink final : public link::ByteLink
-{
-public:
-    HalfLink(JumpingClock& clock, TimePoint has_room) : clock_(clock), has_room_(has_room) {}
-
-    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
-    {
-        const bool has_room = clock_.now() >= has_room_ || ++tries > 1000;
-        const std::size_t room = has_room ? bytes.size() : written.empty() ? 2 : 0;
-        written.insert(written.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(room));
-        return room;
-    }
-    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override { return link::Arrival{}; }
-    int handle() const override { return -1; }
-    link::LinkState state() const override { return {.open = true, .bit_rate = 100'000}; }
-    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override { return bit_rate; }
-
-    std::vector<std::uint8_t> written;
-    int tries = 0; ///< without room
-
-private:
-    JumpingClock& clock_;
-    TimePoint has_room_;
-};
-
-/// Ends a wait at once, as the kernel does, while one of its descriptors is readable.
-class WakingClock final : public JumpingClock
-{
-public:
-    void wait(std::span<const link::Handle> handles, TimePoint deadline) override
-    {
-        for (const auto& handle : handles)
-            if (pollfd ready{.fd = handle.fd, .events = POLLIN, .revents = 0}; ::poll(&ready, 1, 0) > 0)
-                return;
-        JumpingClock::wait(handles, deadline);
-    }
-};
-
-TEST(Bus, WaitsWhenAStopIsAskedForWhileHalfAFrameIsBlockedAndSendsItAfterTheRest)
-{
-    WakingClock clock;
-    auto made = std::make_unique<HalfLink>(clock, clock.now() + 1s);
-    HalfLink& link = *made;
-    Bus bus("half", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, framed);
-    const auto set = *wire::make_request(3, fake::Set{.value = 9});
-    const auto stop = *wire::make_request(3, fake::Set{.value = 0});
-    bus.set_stop({&stop, 1});
-    Result result;
-    bus.start({&set, 1}, {&result, 1});
-    Bus* const all = &bus;
-    EXPECT_FALSE(drive({&all, 1}, clock.now() + 1ms));
-    bus.request_stop();
-    link.tries = 0;
-    EXPECT_TRUE(drive({&all, 1}));
-    EXPECT_LE(link.tries, 5) << "it spun";
-    auto frames = std::vector(set.frame.bytes().begin(), set.frame.bytes().end());
-    frames.insert(frames.end(), stop.frame.bytes().begin(), stop.frame.bytes().end());
-    EXPECT_EQ(link.written, frames);
-    EXPECT_EQ(result.error.code, Errc::stopped);
 }
 
 TEST(Bus, IsStoppedFromAnotherThread)
