@@ -180,11 +180,8 @@ std::size_t Conversation::receive_framed(std::span<const std::uint8_t> bytes, bo
             stray(scan.bad_checksum ? Verdict::bad_checksum : Verdict::stray, rest.first(scan.skip), at);
         }
         used += scan.skip + scan.size;
-        if (scan.size == 0) {
-            if (scan.skip == 0 || !silent)
-                break;
-            continue;
-        }
+        if (scan.size == 0)
+            break;
         const wire::Frame frame = wire::Frame::of(rest.subspan(scan.skip, scan.size));
         if (awaits && at >= earliest_ && accept(*current_request(), *current_result(), frame, at)) [[likely]]
             continue;

@@ -41,6 +41,19 @@ TEST(Predict, AnExchangeIsItsBitsBothWaysAndTheResponse)
     EXPECT_EQ(predict(serial, unanswered).total(), 400us);
 }
 
+TEST(Predict, ATimetableKnowsFramesOfEverySize)
+{
+    auto request = ask(3, fake::Read{}, 2ms);
+    for (const Line& line : {serial, can}) {
+        const Timetable times(line);
+        for (std::size_t bytes = 0; bytes <= wire::Frame::capacity; ++bytes) {
+            request.frame.size = static_cast<std::uint8_t>(bytes);
+            EXPECT_EQ(times.predict(request).request, frame_time(line, bytes)) << bytes;
+            EXPECT_EQ(times.predict_single(request).total(), predict(line, request).total()) << bytes;
+        }
+    }
+}
+
 TEST(Predict, ALineWhoseRateNobodyKnowsTakesNoTime)
 {
     EXPECT_EQ(predict({}, ask(3, fake::Read{})).total(), 0us);

@@ -1,9 +1,15 @@
 #include "sinew/bus/real_time.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <sched.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <thread>
 #include <unistd.h>
 
@@ -15,6 +21,7 @@ std::vector<Refusal> in_a_thread(const RealTime& wanted, cpu_set_t* bound = null
 {
     std::vector<Refusal> refused;
     std::thread([&] {
+        errno = EBUSY; // what failed before is nothing that is refused now
         refused = apply(wanted);
         if (bound != nullptr)
             ::sched_getaffinity(0, sizeof *bound, bound);
@@ -34,18 +41,39 @@ constexpr bool locks_nothing = true;
 constexpr bool locks_nothing = false;
 #endif
 
-/// The exit code of a process that has been left without rights.
-[[noreturn]] void ask_for_all_without_rights()
+[[noreturn]] void ask_and_exit(const RealTime& wanted)
 {
-    const rlimit none{};
-    ::setrlimit(RLIMIT_MEMLOCK, &none);
-    ::setrlimit(RLIMIT_RTPRIO, &none);
+    for (const auto& one : apply(wanted))
+        fprintf(stderr, "%s: %s\n", one.option.c_str(), one.reason.c_str());
+    ::_exit(0);
+}
+
+/// In a process of its own, which has no rights beyond these limits.
+[[noreturn]] void ask_for_all_within(rlim_t memory_bytes, rlim_t priority)
+{
+    const rlimit memory{.rlim_cur = memory_bytes, .rlim_max = memory_bytes};
+    const rlimit first{.rlim_cur = priority, .rlim_max = priority};
+    ::setrlimit(RLIMIT_MEMLOCK, &memory);
+    ::setrlimit(RLIMIT_RTPRIO, &first);
     constexpr uid_t nobody = 65534;
     if (::geteuid() == 0 && ::setuid(nobody) != 0)
         ::_exit(100);
-    for (const auto& one : apply({.lock_memory = true, .priority = 50}))
-        fprintf(stderr, "%s: %s\n", one.option.c_str(), one.reason.c_str());
-    ::_exit(0);
+    ask_and_exit({.lock_memory = true, .priority = 50});
+}
+
+/// In a process of its own, where the system refuses to bind threads, as a container may.
+[[noreturn]] void ask_for_a_processor_where_that_is_forbidden()
+{
+    sock_filter steps[] = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_sched_setaffinity, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+    };
+    const sock_fprog filter{.len = std::size(steps), .filter = steps};
+    if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
+        ::_exit(100);
+    ask_and_exit({.processor = 0});
 }
 
 TEST(RealTime, AsksForNothingUnlessToldTo)
@@ -78,6 +106,38 @@ TEST(RealTime, SaysWhichProcessorsThereAre)
     }
 }
 
+TEST(RealTime, NamesTheProcessorsThatTheThreadMayUseNow)
+{
+    cpu_set_t allowed;
+    ASSERT_EQ(::sched_getaffinity(0, sizeof allowed, &allowed), 0);
+    std::string all;
+    for (int i = 0; i < CPU_SETSIZE; ++i) {
+        if (!CPU_ISSET(i, &allowed))
+            continue;
+        all += (all.empty() ? "" : ", ") + std::to_string(i);
+        std::string reason;
+        std::thread([&] {
+            ASSERT_TRUE(apply({.processor = i}).empty());
+            reason = apply({.processor = CPU_SETSIZE}).at(0).reason;
+        }).join();
+        EXPECT_TRUE(reason.ends_with("allowed now: " + std::to_string(i))) << reason;
+    }
+    const std::string reason = in_a_thread({.processor = CPU_SETSIZE}).at(0).reason;
+    EXPECT_TRUE(reason.ends_with("allowed now: " + all)) << reason;
+}
+
+TEST(RealTime, RefusesNoPriorityThatTheThreadHasGot)
+{
+    std::vector<Refusal> refused;
+    int policy = -1;
+    std::thread([&] {
+        errno = EBUSY;
+        refused = apply({.priority = 1});
+        policy = ::sched_getscheduler(0);
+    }).join();
+    EXPECT_EQ(refused.empty(), policy == SCHED_FIFO) << "where the right is missing it is refused";
+}
+
 TEST(RealTime, SaysWhichPrioritiesThereAre)
 {
     for (const int priority : {100, -1}) {
@@ -93,7 +153,26 @@ TEST(RealTimeDeathTest, SaysWhichRightIsMissingForEachThatIsRefused)
     std::string expected = "priority: priority 50 is not given: .*CAP_SYS_NICE.*limit, which is 0 ";
     if (!locks_nothing)
         expected += "[^\n]*\nlock_memory: memory is not locked: .*CAP_IPC_LOCK.* which is 0 kB";
-    EXPECT_EXIT(ask_for_all_without_rights(), testing::ExitedWithCode(0), expected);
+    EXPECT_EXIT(ask_for_all_within(0, 0), testing::ExitedWithCode(0), expected);
+}
+
+TEST(RealTimeDeathTest, SaysHowFarTheLimitsGo)
+{
+    rlimit most{};
+    ASSERT_EQ(::getrlimit(RLIMIT_RTPRIO, &most), 0);
+    const rlim_t priority = std::min<rlim_t>(10, most.rlim_max); // no further where nobody may raise it
+    std::string expected = "priority: .*limit, which is " + std::to_string(priority) + " ";
+    if (!locks_nothing)
+        expected += "[^\n]*\nlock_memory: .*which is 64 kB";
+    EXPECT_EXIT(ask_for_all_within(64 * 1024, priority), testing::ExitedWithCode(0), expected);
+}
+
+TEST(RealTimeDeathTest, SaysWhyAThreadIsNotBoundToAProcessorThatThereIs)
+{
+    if (::prctl(PR_GET_SECCOMP) != 0)
+        GTEST_SKIP() << "the system can forbid nothing, or does already";
+    EXPECT_EXIT(ask_for_a_processor_where_that_is_forbidden(), testing::ExitedWithCode(0),
+                "processor: the thread is not bound to processor 0: Operation not permitted\n");
 }
 
 } // namespace

@@ -1,0 +1,91 @@
+#include "sinew/bus/conversation.hpp"
+#include "sinew/bus/fake_family.hpp"
+
+#include <gtest/gtest.h>
+#include <vector>
+
+/// When a conversation expects its answers.
+namespace sinew::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+const fake::FakeProtocol framed{false};
+constexpr Settings settings{.margin_at_first = 10ms, .margin_least = 1ms, .late_max = 50ms};
+
+TEST(ConversationTime, AFewQuickAnswersDoNotMakeItImpatient)
+{
+    constexpr Line line{.can = false, .bit_rate = 100'000};
+    Conversation conversation(framed, line, settings);
+    const auto read = *wire::make_request(3, fake::Read{});
+    Result result;
+    TimePoint now{1s};
+    const auto answered_at_once = [&] {
+        conversation.begin({&read, 1}, {&result, 1});
+        ASSERT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+        now += predict(line, read).total();
+        conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 1, 0}, now);
+        ASSERT_TRUE(conversation.next(now).done);
+    };
+    for (int i = 0; i < 4; ++i) {
+        answered_at_once();
+        EXPECT_EQ(conversation.margin(), settings.margin_at_first) << "after " << i + 1;
+    }
+    for (int i = 0; i < 20; ++i)
+        answered_at_once();
+    EXPECT_EQ(conversation.margin(), settings.margin_least);
+}
+
+/// A CAN bus that carries so many exchanges before the answer of the last one.
+class CanTime : public ::testing::Test
+{
+protected:
+    void begin(std::initializer_list<int> ids)
+    {
+        requests_.clear();
+        for (const int id : ids)
+            requests_.push_back(*wire::make_request(id, fake::CanRead{}, {}, response));
+        results_.assign(requests_.size(), {});
+        conversation_.begin(requests_, results_);
+    }
+    /// How many frames go out.
+    std::size_t send()
+    {
+        const std::size_t count = conversation_.next(now_).transmit.size();
+        conversation_.transmitted(count, now_);
+        return count;
+    }
+    void answer(unsigned id) { conversation_.received({.can_id = 0x100 + id, .size = 2, .data = {5, 1}}, now_); }
+    Duration exchanges(int count) const { return count * predict(line, requests_.front()).wire() + response; }
+
+    static constexpr Line line{.can = true, .bit_rate = 1'000'000};
+    static constexpr Duration response = 300us;
+    Conversation conversation_{framed, line, settings};
+    std::vector<wire::Request> requests_;
+    std::vector<Result> results_;
+    TimePoint now_{1s};
+};
+
+TEST_F(CanTime, AnAnswerIsDueWhenTheWireHasCarriedWhatIsStillOutstanding)
+{
+    begin({1, 2, 3, 1});
+    ASSERT_EQ(send(), 3U);
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(results_[i].due - now_, exchanges(3));
+    now_ += 5ms;
+    answer(2);
+    now_ += 1ms;
+    answer(1);
+    ASSERT_EQ(send(), 1U) << "the second one to device 1";
+    EXPECT_EQ(results_[3].due - now_, exchanges(2)) << "its own, and that of device 3";
+    answer(3);
+    answer(1);
+    ASSERT_TRUE(conversation_.next(now_).done);
+    begin({2});
+    ASSERT_EQ(send(), 1U);
+    EXPECT_EQ(results_[0].due - now_, exchanges(1)) << "nothing is left of the exchange before";
+}
+
+} // namespace
+} // namespace sinew::bus

@@ -1,0 +1,28 @@
+#include "tests/bus/rig.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sinew::tests {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Call, OfAMessageForSeveralMotorsTakesTheAnswersOfAllThatAreThere)
+{
+    WireClock clock;
+    CanRig rig(clock, 1'000'000);
+    for (const int id : {1, 2, 3})
+        rig.add(id, [=](const wire::Frame&, TimePoint) -> std::optional<sim::Answer> {
+            return sim::Answer{*wire::encode_reply<rmd::TorqueClosedLoop>(id, {.temperature = 30}), 100us * id};
+        });
+    const auto ids = wire::info_of<rmd::MultiMotorTorque>.request.layout->ids;
+    const auto done = rig.bus->call(static_cast<int>(ids.low), rmd::MultiMotorTorque{});
+    ASSERT_TRUE(done.has_value()) << to_sentence(done.error());
+    EXPECT_EQ(done->temperature, 30);
+    clock.wait({}, clock.now() + 5ms);
+    rig.bus->tend();
+    EXPECT_EQ(rig.bus->conversation().counters().strays, 0U) << "an answer was left over";
+}
+
+} // namespace
+} // namespace sinew::tests
