@@ -15,6 +15,7 @@ constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two
 constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
 constexpr int most_looks_at_a_stop = 20;
+constexpr int looks_until_it_is_told_again = 4;
 
 std::expected<void, Error> start(Driven& driven, const Goal& goal)
 {
@@ -149,6 +150,23 @@ std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise)
     return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
 }
 
+bool stands_still(Session& session, Driven& driven, Otherwise otherwise)
+{
+    const double flicker_rad = driven.driver->capabilities().position_step_rad;
+    std::optional<double> before;
+    for (int look = 1; look <= most_looks_at_a_stop && !interrupted(); ++look) {
+        const bool seen = read_state(driven, actuator::Depth::motion) && driven.state.position_rad;
+        if (seen && before && std::abs(*before - *driven.state.position_rad) <= flicker_rad)
+            return true;
+        before = seen ? std::optional<double>(*driven.state.position_rad) : std::nullopt;
+        if (look % looks_until_it_is_told_again == 0)
+            (void)come_to_rest(driven, otherwise);
+        for (const TimePoint next = session.clock().now() + step; !interrupted() && session.clock().now() < next;)
+            session.clock().wait({}, next);
+    }
+    return false;
+}
+
 Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
 {
     using Stopped = robot::StoppedBus::Outcome;
@@ -168,19 +186,10 @@ Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
         tell_guardian(Stopped::failed);
         return std::unexpected(held.error());
     }
-    // It slows down first; what is said is where it stands.
-    std::optional<double> before;
-    for (int look = 0; look < most_looks_at_a_stop && !interrupted(); ++look) {
-        if (!read_state(driven, actuator::Depth::motion) || !driven.state.position_rad)
-            break;
-        if (before == driven.state.position_rad) {
-            tell_guardian(Stopped::confirmed);
-            fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
-            return exit_interrupted;
-        }
-        before = driven.state.position_rad;
-        for (const TimePoint next = session.clock().now() + step; !interrupted() && session.clock().now() < next;)
-            session.clock().wait({}, next);
+    if (stands_still(session, driven, otherwise)) {
+        tell_guardian(Stopped::confirmed);
+        fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+        return exit_interrupted;
     }
     tell_guardian(Stopped::failed);
     fmt::print(stderr, "It was told to hold, but it does not stand still yet.\n");

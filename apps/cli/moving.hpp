@@ -28,6 +28,10 @@ enum class Otherwise { nothing, release };
 /// Holds with torque, again where the device does not confirm. No further signal cuts it short.
 std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise = Otherwise::nothing);
 
+/// Looks until what was told to hold stands still, and tells it again meanwhile: a command that nobody acknowledges may
+/// have been lost. False: it was not seen to, or another Ctrl-C came.
+bool stands_still(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
+
 /// Holds after Ctrl-C and says where it stands. Another Ctrl-C only ends the waiting for it to stand still.
 Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
 

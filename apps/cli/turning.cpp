@@ -66,9 +66,16 @@ bool leaves_limits(const config::Joint* joint, double here, double before)
 }
 
 /// No torque where holding is not possible: nothing may go on turning.
-std::expected<void, Error> end_with_torque(Driven& driven)
+std::expected<void, Error> end_with_torque(Session& session, Driven& driven)
 {
-    return come_to_rest(driven, Otherwise::release);
+    const Undisturbed undisturbed;
+    auto held = come_to_rest(driven, Otherwise::release);
+    if (held && !stands_still(session, driven, Otherwise::release))
+        return fail(Errc::timeout,
+                    fmt::format("{} was told to hold, but was not seen to stand still; switch its supply "
+                                "off if it turns on",
+                                driven.device.name));
+    return held;
 }
 
 std::expected<void, Error> release(Driven& driven)
@@ -168,7 +175,7 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
         if (n % ticks_per_line == 0)
             show_state(words, driven, session.clock().now() - begin);
         if (leaves_limits(joint, here, before)) {
-            if (auto held = end_with_torque(driven); !held)
+            if (auto held = end_with_torque(session, driven); !held)
                 return std::unexpected(held.error());
             fmt::print(stderr, "sinew: {} left its limits at {:.2f} deg and was stopped\n", driven.device.name,
                        units::deg(here));
@@ -179,10 +186,10 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
     if (interrupted())
         return stop_here(session, driven, Otherwise::release);
     if (!done) {
-        (void)end_with_torque(driven);
+        (void)end_with_torque(session, driven);
         return std::unexpected(done.error());
     }
-    const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(driven) : release(driven);
+    const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : release(driven);
     return ended ? Outcome(exit_done) : std::unexpected(ended.error());
 }
 
