@@ -24,5 +24,24 @@ TEST(Call, OfAMessageForSeveralMotorsTakesTheAnswersOfAllThatAreThere)
     EXPECT_EQ(rig.bus->conversation().counters().strays, 0U) << "an answer was left over";
 }
 
+TEST(Call, ToAllDevicesAtOnceWaitsForNobody)
+{
+    WireClock clock;
+    SerialRig rig(clock, sam::protocol(), 1'000'000);
+    int heard = 0;
+    rig.add(3, [&](const wire::Frame&, TimePoint) -> std::optional<sim::Answer> {
+        ++heard;
+        return {};
+    });
+    constexpr int all = 31;
+    const TimePoint start = clock.now();
+    (void)rig.bus->call(all, sam::QuickBrakeMode{});
+    const auto asked = *wire::make_request(all, sam::QuickBrakeMode{});
+    EXPECT_EQ(clock.now() - start, predict(rig.bus->conversation().line(), asked).request);
+    EXPECT_EQ(heard, 1);
+    EXPECT_EQ(rig.bus->conversation().counters().timeouts, 0U);
+    EXPECT_EQ(rig.bus->conversation().counters().quarantines, 0U);
+}
+
 } // namespace
 } // namespace sinew::tests
