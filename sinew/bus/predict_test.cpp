@@ -57,6 +57,8 @@ TEST(Predict, ATimetableKnowsFramesOfEverySize)
 TEST(Predict, ALineWhoseRateNobodyKnowsTakesNoTime)
 {
     EXPECT_EQ(predict({}, ask(3, fake::Read{})).total(), 0us);
+    const std::vector on_can{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
+    EXPECT_EQ(predict_cycle({.can = true}, on_can), 3ms) << "only the devices do";
 }
 
 TEST(Predict, ACycleOnASerialLineIsTheSumOfItsExchanges)
