@@ -225,6 +225,28 @@ TEST(Bus, IsStoppedFromAnotherThread)
     EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
 }
 
+TEST(Bus, AnExchangeThatBeginsDoesNotEndAStopThatIsOnItsWay)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    const auto stop = *wire::make_request(3, fake::Set{.value = 0});
+    rig.bus->set_stop({&stop, 1});
+    const auto read = *wire::make_request(3, fake::Read{});
+    Result result;
+    rig.bus->start({&read, 1}, {&result, 1});
+    Bus* const bus = &*rig.bus;
+    ASSERT_FALSE(drive({&bus, 1}, clock.now() + 100us));
+    rig.bus->request_stop();
+    ASSERT_FALSE(rig.bus->work()) << "the answer that is due goes before";
+    Result next;
+    rig.bus->start({&read, 1}, {&next, 1});
+    EXPECT_EQ(next.error.code, Errc::stopped);
+    EXPECT_TRUE(drive({&bus, 1}));
+    auto frames = std::vector(read.frame.bytes().begin(), read.frame.bytes().end());
+    frames.insert(frames.end(), stop.frame.bytes().begin(), stop.frame.bytes().end());
+    EXPECT_EQ(rig.responder.heard, frames);
+}
+
 TEST(Bus, ShowsEveryFrameToTheTapWithItsTime)
 {
     JumpingClock clock;

@@ -37,6 +37,32 @@ TEST(ConversationTime, AFewQuickAnswersDoNotMakeItImpatient)
     EXPECT_EQ(conversation.margin(), settings.margin_least);
 }
 
+TEST(ConversationTime, AnAnswerThatWasNotAskedForMayStillComeAndMakesTheNextOneDoubtful)
+{
+    Conversation conversation(framed, {.can = false, .bit_rate = 100'000}, settings);
+    auto set = *wire::make_request(3, fake::Set{.value = 9});
+    Result result;
+    TimePoint now{1s};
+    const auto exchange = [&](bool answered) {
+        set.answered = answered;
+        conversation.begin({&set, 1}, {&result, 1});
+        ASSERT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+        now += 1ms;
+        if (answered)
+            conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 2, 9}, now);
+        ASSERT_TRUE(conversation.next(now).done);
+    };
+    exchange(true);
+    EXPECT_FALSE(result.possibly_older);
+    exchange(false);
+    exchange(true);
+    EXPECT_TRUE(result.possibly_older) << "it may be the one to the command that was to be silent";
+    now += 2 * settings.late_max + settings.margin_most;
+    exchange(true);
+    EXPECT_FALSE(result.possibly_older);
+}
+
 /// A CAN bus that carries so many exchanges before the answer of the last one.
 class CanTime : public ::testing::Test
 {

@@ -81,6 +81,17 @@ TEST(Predict, ACycleOnCanWaitsForResponsesOnlyWhereTheWireIsIdle)
     EXPECT_LT(predict_cycle(can, apart, Stuffing::least), predict_cycle(can, apart));
 }
 
+TEST(Predict, AReplyWinsTheBusOnlyWhereItsIdentifierIsLower)
+{
+    // The first reply and the second request are ready at once; what the second device takes passes meanwhile or not.
+    std::vector requests{ask(1, fake::CanRead{}), ask(2, fake::CanRead{}, 1ms)};
+    const Duration rest = 3 * frame_time(can, 2) + 1ms - 3us;
+    EXPECT_EQ(predict_cycle(can, requests), rest + frame_time(can, 2)) << "0x101 goes before 0x102";
+    for (auto& request : requests)
+        request.options.can_reply_base = 0x300;
+    EXPECT_EQ(predict_cycle(can, requests), rest) << "0x102 goes before 0x301";
+}
+
 TEST(Predict, ACycleOfFramesThatWereSeenCountsTheirBits)
 {
     const std::vector requests{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
