@@ -63,6 +63,20 @@ TEST(ConversationTime, AnAnswerThatWasNotAskedForMayStillComeAndMakesTheNextOneD
     EXPECT_FALSE(result.possibly_older);
 }
 
+TEST(ConversationTime, AnAnswerInAFrameNeedsNoSecondOneToBeBelieved)
+{
+    constexpr Line line{.can = false, .bit_rate = 100'000};
+    Conversation conversation(framed, line, {.double_read = true});
+    const auto read = *wire::make_request(3, fake::Read{});
+    Result result;
+    conversation.begin({&read, 1}, {&result, 1});
+    const TimePoint now{1s};
+    ASSERT_EQ(conversation.next(now).transmit.size(), 1U);
+    conversation.transmitted(1, now);
+    conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 1, 0}, now + predict(line, read).total());
+    EXPECT_TRUE(result.good);
+}
+
 /// A CAN bus that carries so many exchanges before the answer of the last one.
 class CanTime : public ::testing::Test
 {
@@ -111,6 +125,16 @@ TEST_F(CanTime, AnAnswerIsDueWhenTheWireHasCarriedWhatIsStillOutstanding)
     begin({2});
     ASSERT_EQ(send(), 1U);
     EXPECT_EQ(results_[0].due - now_, exchanges(1)) << "nothing is left of the exchange before";
+}
+
+TEST_F(CanTime, WhatWasAbandonedIsStillCarriedBeforeTheNext)
+{
+    begin({1, 2});
+    ASSERT_EQ(send(), 2U);
+    conversation_.abandon({.code = Errc::stopped}, now_);
+    begin({3});
+    ASSERT_EQ(send(), 1U);
+    EXPECT_EQ(results_[0].due - now_, exchanges(3));
 }
 
 } // namespace

@@ -36,6 +36,18 @@ TEST(Lateness, AnAnswerThatHasComeIsOwedNoMore)
     EXPECT_EQ(lateness.settle(protocol, answer(3), start + 20ms), nullptr) << "a second one is nobody's";
 }
 
+TEST(Lateness, WhatIsOwedAnewIsOwedForItsOwnTime)
+{
+    Lateness lateness;
+    const auto read = ask(3, fake::Read{});
+    lateness.owe(ask(9, fake::Read{}), end);
+    lateness.owe(read, start + 50ms);
+    ASSERT_NE(lateness.settle(protocol, answer(3), start), nullptr);
+    lateness.owe(read, start + 20ms);
+    EXPECT_TRUE(lateness.may_be_older(read, start + 20ms, own));
+    EXPECT_FALSE(lateness.may_be_older(read, start + 30ms, own));
+}
+
 TEST(Lateness, OfTwoThatAreOwedOneIsLeftWhenOneHasCome)
 {
     Lateness lateness;
