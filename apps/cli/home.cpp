@@ -44,7 +44,7 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
     auto done = move_to(words, session, *driven,
                         {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
     if (!done)
-        (void)come_to_rest(*driven); // what is in its way would be pushed with all there is
+        return held_after(*driven, done.error()); // what is in its way would be pushed with all there is
     return done;
 }
 

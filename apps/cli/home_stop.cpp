@@ -34,8 +34,10 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
                                                    Duration within)
 {
     const auto& home = driven.device.joint->home;
+    const double speed_rad_s =
+        std::min(home.velocity_rad_s, driven.device.joint->velocity_max_rad_s.value_or(home.velocity_rad_s));
     const auto requests =
-        plan(driven, {.mode = actuator::Mode::velocity, .velocity_rad_s = home.direction * home.velocity_rad_s});
+        plan(driven, {.mode = actuator::Mode::velocity, .velocity_rad_s = home.direction * speed_rad_s});
     if (!requests)
         return std::unexpected(requests.error());
     const TimePoint begin = session.clock().now();
@@ -46,7 +48,7 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         if (interrupted())
             break;
         done = read_state(driven, actuator::Depth::motion);
-        if (!done || search.found(place(driven), home.velocity_rad_s))
+        if (!done || search.found(place(driven), speed_rad_s))
             break;
         if (n % ticks_per_line == 0)
             show_state(words, driven, session.clock().now() - begin);

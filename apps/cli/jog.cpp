@@ -43,9 +43,8 @@ public:
             if (interrupted())
                 return end();
             if (!done) {
-                (void)come_to_rest(driven_);
                 fmt::print("\n");
-                return std::unexpected(done.error());
+                return held_after(driven_, done.error());
             }
         }
     }

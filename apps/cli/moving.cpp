@@ -14,6 +14,7 @@ namespace {
 constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two looks
 constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
+constexpr int attempts = 3;                                     ///< at a hold or a release that is not confirmed
 constexpr int most_looks_at_a_stop = 20;
 constexpr int looks_until_it_is_told_again = 4;
 
@@ -105,10 +106,13 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
             return std::unexpected(sent.error());
         // What does not follow must not be led on: it would leap when it comes free.
         if (std::abs(position_of(driven) - at) > units::rad(10.0) + *goal.speed_rad_s) {
-            (void)come_to_rest(driven);
-            return fail(Errc::unsupported,
-                        fmt::format("{} stays behind at {:.2f} deg and holds; is something in its way?",
-                                    driven.device.name, units::deg(position_of(driven))));
+            return held_after(
+                driven,
+                {.code = Errc::unsupported,
+                 .detail = fmt::format("{} stays behind at {:.2f} deg and is told to hold; is something in "
+                                       "its way?",
+                                       driven.device.name, units::deg(position_of(driven)))},
+                Otherwise::nothing);
         }
         if (is_last)
             return std::nullopt;
@@ -139,15 +143,33 @@ double position_of(const Driven& driven)
 
 std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise)
 {
-    constexpr int attempts = 3;
     const Undisturbed undisturbed;
     auto held = hold(driven);
     for (int again = 1; !held && may_pass(held.error().code) && again < attempts; ++again)
         held = hold(driven);
     if (held || otherwise == Otherwise::nothing)
         return held;
+    return let_go(driven);
+}
+
+std::expected<void, Error> let_go(Driven& driven)
+{
+    const Undisturbed undisturbed;
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
-    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+    if (!requests)
+        return std::unexpected(requests.error());
+    auto released = carry_out(driven, *requests);
+    for (int again = 1; !released && may_pass(released.error().code) && again < attempts; ++again)
+        released = carry_out(driven, *requests);
+    return released;
+}
+
+std::unexpected<Error> held_after(Driven& driven, Error why, Otherwise otherwise)
+{
+    if (const auto held = come_to_rest(driven, otherwise); !held)
+        why.detail +=
+            fmt::format("; and it did not confirm that it holds, so it may still turn: {}", held.error().detail);
+    return std::unexpected(std::move(why));
 }
 
 bool stands_still(Session& session, Driven& driven, Otherwise otherwise)
@@ -192,7 +214,12 @@ Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
         return exit_interrupted;
     }
     tell_guardian(Stopped::failed);
-    fmt::print(stderr, "It was told to hold, but it does not stand still yet.\n");
+    if (!interrupted())
+        return fail(Errc::timeout,
+                    fmt::format("{} was told to hold, but was not seen to stand still; switch its supply "
+                                "off if it turns on",
+                                driven.device.name));
+    fmt::print(stderr, "It was told to hold; nobody waited for it to stand still.\n");
     return exit_interrupted;
 }
 
@@ -229,8 +256,8 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
         const auto code = sent.error().code;
         if (code == Errc::stopped)
             return stop_here(session, driven);
-        if (code == Errc::timeout || code == Errc::bad_reply)
-            (void)come_to_rest(driven);
+        if (may_pass(code))
+            return held_after(driven, sent.error(), Otherwise::nothing);
         return std::unexpected(sent.error());
     }
     return follow(words, session, driven, goal, tolerance_rad, started);

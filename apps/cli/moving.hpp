@@ -28,6 +28,12 @@ enum class Otherwise { nothing, release };
 /// Holds with torque, again where the device does not confirm. No further signal cuts it short.
 std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise = Otherwise::nothing);
 
+/// Takes the torque off, again where the device does not confirm. No further signal cuts it short.
+std::expected<void, Error> let_go(Driven& driven);
+
+/// Holds because of an error, which then says so where that was not confirmed.
+std::unexpected<Error> held_after(Driven& driven, Error why, Otherwise otherwise = Otherwise::nothing);
+
 /// Looks until what was told to hold stands still, and tells it again meanwhile: a command that nobody acknowledges may
 /// have been lost. False: it was not seen to, or another Ctrl-C came.
 bool stands_still(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);

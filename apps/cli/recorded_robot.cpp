@@ -4,6 +4,7 @@
 #include "sinew/record/topics.hpp"
 
 #include <array>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
@@ -41,6 +42,9 @@ std::expected<std::string, Error> robot_text_in_recording(const std::string& pat
 
 bool is_recording(const std::string& path)
 {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none))
+        return false; // a pipe can be read only once
     std::ifstream file(path, std::ios::binary);
     std::array<char, mcap::magic.size()> first{};
     return file.read(first.data(), first.size()) && std::string_view(first.data(), first.size()) == mcap::magic;

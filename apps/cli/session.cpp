@@ -51,7 +51,9 @@ void Session::heed_guardian()
         return;
     guardian_->beat();
     if (guardian_->stop_asked()) {
-        fmt::print(stderr, "sinew: stopped from another program, such as sinew stop\n");
+        fmt::print(
+            stderr,
+            "sinew: stopped from outside: by sinew stop, or by the guardian of this program, which found it hanging\n");
         interrupt();
     } else if (!guardian_->is_alive()) {
         fmt::print(stderr,
@@ -62,7 +64,7 @@ void Session::heed_guardian()
 }
 
 MotionGuard::MotionGuard(robot::Guardian& guardian, const Device& device)
-    : guardian_(guardian), stopper_(make_driver(*device.spec)), link_(device.link)
+    : guardian_(guardian), stopper_(make_driver(*device.spec)), link_(fmt::format("{}#{}", device.link, device.id))
 {
 }
 
@@ -75,9 +77,12 @@ std::expected<void, Error> MotionGuard::update(Driven& driven)
         known_.reset();
         return {};
     }
-    const auto requests = stopper_->plan({.mode = actuator::Mode::hold}, driven.state);
+    auto requests = stopper_->plan({.mode = actuator::Mode::hold}, {});
+    // One that needs a place to hold would leap back to it when this program hangs and the place is old.
     if (!requests)
-        return {}; // where it is was not said this time; what was ready stays
+        requests = stopper_->plan({.mode = actuator::Mode::brake}, {});
+    if (!requests)
+        return std::unexpected(requests.error());
     if (known_ == driven.bus->losses()) {
         guardian_.update(0, driven.bus->link(), requests->all());
         return {};

@@ -95,7 +95,8 @@ std::expected<void, Error> find_model(Device& device, bus::Bus& bus);
 
 struct Driven;
 
-/// What the guardian would send to one device: it holds where it was measured last. One device of a session at a time.
+/// What the guardian would send to one device: to hold, or to brake where that needs a place. It answers for this
+/// device alone, and the name of its link says so: what is behind its # is the id. One device of a session at a time.
 class MotionGuard
 {
 public:

@@ -82,21 +82,35 @@ class Programs
 public:
     Programs() : all_(robot::guarded_programs()) {}
 
-    /// What the program that holds this link did to its bus; nothing where none holds it, or nobody answers for it.
-    std::optional<Done> stop_holder(const std::string& name, const std::string& link)
+    /// What the program that holds this link did to this device, or with -1 to all of them; nothing where none holds
+    /// it, or nobody answers for it.
+    std::optional<Done> stop_holder(const std::string& name, const std::string& link, int id)
     {
         for (const auto& program : all_) {
             if (std::ranges::none_of(program.links, [&](const auto& held) { return is_same_port(held, link); }))
                 continue;
             if (!told_.contains(program.pid))
                 told_.emplace(program.pid, robot::stop_program(program.pid));
-            if (const auto& told = told_.at(program.pid))
+            if (const auto& told = told_.at(program.pid); told && answers_for(*told, link, id))
                 return done(name, program.pid, *told, link);
         }
         return std::nullopt;
     }
 
+    /// Whether one was told that may not have let go of its port yet.
+    bool any_was_told() const { return !told_.empty(); }
+
 private:
+    /// A program that moves one device has its id behind the # of its link.
+    static bool answers_for(const robot::StoppedProgram& told, const std::string& link, int id)
+    {
+        return std::ranges::all_of(told.buses, [&](const auto& one) {
+            const auto uri = link::parse_uri(one.link);
+            return !is_same_port(one.link, link) || !uri || uri->fragment.empty() ||
+                   uri->fragment == std::to_string(id);
+        });
+    }
+
     static Done done(const std::string& name, int pid, const robot::StoppedProgram& told, const std::string& link)
     {
         using enum robot::StoppedBus::Outcome;
@@ -125,6 +139,22 @@ private:
     std::vector<robot::Guarded> all_;
     std::map<int, std::expected<robot::StoppedProgram, Error>> told_;
 };
+
+/// A program that was told to stop its one device ends, and then the port is free for the others.
+void wait_for_port(Session& session, const Programs& programs, const std::string& link)
+{
+    constexpr Duration longest = std::chrono::seconds(3);
+    constexpr Duration between = std::chrono::milliseconds(20);
+    if (!programs.any_was_told())
+        return;
+    const TimePoint end = session.clock().now() + longest;
+    for (TimePoint now = session.clock().now(); now < end; now = session.clock().now()) {
+        const auto opened = session.open(link);
+        if (opened || opened.error().code != Errc::link_busy)
+            return;
+        session.clock().wait({}, now + between);
+    }
+}
 
 /// A link without an id: whoever is there.
 std::expected<std::vector<Done>, Error> stop_link(Session& session, const Words& words)
@@ -173,8 +203,9 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
     const auto word = words.text("TARGET");
     Programs programs;
     if (word && is_link(*word) && !words.has("--id") && words.has("--family")) {
-        if (auto told = programs.stop_holder(fmt::format("all of {}", *word), *word))
+        if (auto told = programs.stop_holder(fmt::format("all of {}", *word), *word, -1))
             return std::vector<Done>{std::move(*told)};
+        wait_for_port(session, programs, *word);
         return stop_link(session, words);
     }
     std::vector<Device> devices;
@@ -191,10 +222,11 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
     std::vector<Done> done;
     for (auto& device : devices) {
         auto name = device.name;
-        if (auto stopped = programs.stop_holder(name, device.link)) {
+        if (auto stopped = programs.stop_holder(name, device.link, device.id)) {
             done.push_back(std::move(*stopped));
             continue;
         }
+        wait_for_port(session, programs, device.link);
         done.push_back({std::move(name), stop_one(session, std::move(device), words.has("--hold"))});
     }
     return done;

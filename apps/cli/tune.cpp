@@ -112,10 +112,8 @@ Outcome step(const Words& words, Session& session, Driven& driven, const Trial& 
     auto measured = measured_step(session, driven, trial.to_rad, trial.length);
     if (interrupted())
         return stop_here(session, driven);
-    if (!measured) {
-        (void)come_to_rest(driven);
-        return std::unexpected(measured.error());
-    }
+    if (!measured)
+        return held_after(driven, measured.error());
     samples = std::move(*measured);
     if (auto drawn = draw(words, driven.device, trial, samples); !drawn)
         return std::unexpected(drawn.error());

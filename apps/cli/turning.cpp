@@ -78,13 +78,6 @@ std::expected<void, Error> end_with_torque(Session& session, Driven& driven)
     return held;
 }
 
-std::expected<void, Error> release(Driven& driven)
-{
-    const Undisturbed undisturbed;
-    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
-    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
-}
-
 } // namespace
 
 std::expected<std::optional<Turning>, Error> turning_from(const Words& words)
@@ -185,11 +178,9 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
     }
     if (interrupted())
         return stop_here(session, driven, Otherwise::release);
-    if (!done) {
-        (void)end_with_torque(session, driven);
-        return std::unexpected(done.error());
-    }
-    const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : release(driven);
+    if (!done)
+        return held_after(driven, done.error(), Otherwise::release);
+    const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : let_go(driven);
     return ended ? Outcome(exit_done) : std::unexpected(ended.error());
 }
 

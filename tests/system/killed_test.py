@@ -76,6 +76,27 @@ class Killed(unittest.TestCase):
                 self.assertEqual(program.end(), -signal.SIGKILL)
                 self.comes_to_rest(verb, joint)
 
+    def test_a_servo_that_must_be_told_where_to_hold_does_not_leap_back_when_its_program_hangs(self):
+        begin = self.place("elbow")
+        program = Terminal("move", "elbow", "60deg", *self.sim.robot, "--yes")
+        self.addCleanup(self.clear_away, program)
+        self.until("move", lambda: abs(self.place("elbow") - begin) > 0.005)
+        program.process.send_signal(signal.SIGSTOP)
+        program.read_until("gave no sign")
+        self.until("elbow at rest", lambda: self.rests("elbow"))
+        self.assertGreater(self.place("elbow") - begin, 0.5)
+
+    def test_stop_also_stops_what_another_program_on_the_bus_does_not_move(self):
+        sinew("send", self.sim.link["legs"], "speed-closed-loop", "speed=2dps", "--family", "rmd", "--id", "2", "--yes")
+        program, joint = self.start("turn")
+        done = as_json("stop", *self.sim.robot)
+        self.assertEqual([one["name"] for one in done if "error" in one], [])
+        self.assertIn("stopped its motors", next(one["state"] for one in done if one["name"] == joint))
+        self.assertNotIn("stopped its motors", next(one["state"] for one in done if one["name"] == "left_knee"))
+        self.assertEqual(program.end(), 130, program.seen)
+        for one in (joint, "left_knee"):
+            self.until(f"{one} at rest", lambda one=one: self.rests(one))
+
     def test_ctrl_z_stops_the_motor_and_ends_the_program(self):
         for verb in SLOW:
             with self.subTest(verb=verb):
@@ -98,7 +119,7 @@ class Killed(unittest.TestCase):
                 self.assertEqual([(one["name"], one["confirmed"]) for one in done], [(joint, True)])
                 self.assertIn("stopped its motors", done[0]["state"])
                 self.assertEqual(program.end(), 130, program.seen)
-                self.assertIn("stopped from another program", program.seen)
+                self.assertIn("stopped from outside", program.seen)
                 self.comes_to_rest(verb, joint)
 
     def test_a_stop_that_nobody_confirms_is_not_called_one(self):
