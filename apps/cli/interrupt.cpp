@@ -54,8 +54,9 @@ void catch_suspension()
 
 Undisturbed::Undisturbed()
 {
-    undisturbed.fetch_add(1);
-    clear_interrupt();
+    // One within another must not take back what came during the outer one.
+    if (undisturbed.fetch_add(1) == 0)
+        clear_interrupt();
 }
 
 Undisturbed::~Undisturbed()

@@ -44,8 +44,8 @@ struct Ear {
     std::unique_ptr<Source> source;
 };
 
-/// Takes what one source has; nothing: it has nothing more for now.
-/// The file comes into being with the first: where nothing is heard an older one stays as it was.
+/// Takes what one source has; false: it has nothing more for now. The file comes into being with the first frame: where
+/// nothing is heard an older one stays as it was.
 std::expected<bool, Error> take(Ear& ear, std::optional<record::FileWriter>& file, const std::string& path,
                                 std::uint64_t& frames)
 {
@@ -106,6 +106,10 @@ Outcome listen(const Words& words, const std::string& path, std::optional<Durati
     const auto finished = file ? file->finish() : std::expected<void, Error>{};
     if (!good || !finished)
         return std::unexpected(good ? finished.error() : good.error());
+    if (!file && interrupted()) {
+        fmt::print(stderr, "Nothing was heard, so {} was not written.\n", path);
+        return exit_interrupted;
+    }
     if (!file)
         return fail(Errc::timeout, fmt::format("nothing was heard, so {} was not written", path));
     const double seconds_passed = seconds(clock.now() - begin);

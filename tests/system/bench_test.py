@@ -13,6 +13,13 @@ from support import DEMO, SOURCE, Simulator, as_json, environment, sinew
 SIM = ["--robot", DEMO, "--sim"]
 
 
+# Of which a device tells what it uses, and not what it has stored; what is written is seen.
+UNSEEN = {"elbow": ["pd-gain", "i-gain"],
+          "waist_yaw": [],
+          "left_knee": ["angle-pid", "speed-pid", "current-pid", "max-torque-current", "max-angle-low", "max-angle-high",
+                        "current-ramp", "speed-ramp"]}
+
+
 class Ids(unittest.TestCase):
     def test_a_device_answers_at_its_new_id(self):
         for joint, old in (("elbow", 3), ("shoulder_pitch", 1), ("waist_yaw", 1)):
@@ -129,8 +136,7 @@ class Settings(unittest.TestCase):
             self.assertIn("--yes", sinew("restore", self.kept, joint, *SIM, code=2).stderr)
             done = as_json("restore", self.kept, joint, *SIM, "--yes")
             self.assertEqual(done, [{"device": joint, "from": joint, "written": names, "calibration_left_out": 0,
-                                     "not_compared": done[0]["not_compared"]}])
-            self.assertNotIn(names[0], done[0]["not_compared"])
+                                     "not_compared": UNSEEN[joint]}])
 
     def test_calibration_stays_with_its_device(self):
         sinew("save", "left_knee", *SIM, "--output", self.kept)
