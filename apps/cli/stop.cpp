@@ -143,7 +143,7 @@ private:
 /// A program that was told to stop its one device ends, and then the port is free for the others.
 void wait_for_port(Session& session, const Programs& programs, const std::string& link)
 {
-    constexpr Duration longest = std::chrono::seconds(3);
+    constexpr Duration longest = std::chrono::seconds(5);
     constexpr Duration between = std::chrono::milliseconds(20);
     if (!programs.any_was_told())
         return;
@@ -220,14 +220,20 @@ std::expected<std::vector<Done>, Error> stop_all(Session& session, const Words& 
         return std::unexpected(all.error());
     }
     std::vector<Done> done;
-    for (auto& device : devices) {
-        auto name = device.name;
+    std::vector<std::size_t> busy; // nobody else waits for a port that will be free
+    for (const auto& device : devices) {
+        const auto& name = device.name;
         if (auto stopped = programs.stop_holder(name, device.link, device.id)) {
             done.push_back(std::move(*stopped));
             continue;
         }
-        wait_for_port(session, programs, device.link);
-        done.push_back({std::move(name), stop_one(session, std::move(device), words.has("--hold"))});
+        done.push_back({name, stop_one(session, device, words.has("--hold"))});
+        if (!done.back().outcome && done.back().outcome.error().code == Errc::link_busy)
+            busy.push_back(done.size() - 1);
+    }
+    for (const auto i : busy) {
+        wait_for_port(session, programs, devices[i].link);
+        done[i].outcome = stop_one(session, devices[i], words.has("--hold"));
     }
     return done;
 }
