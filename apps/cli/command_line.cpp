@@ -115,7 +115,8 @@ Found find_verb(std::span<char* const> words)
 int complain(std::string_view sentence, int code)
 {
     std::fflush(stdout);
-    fmt::print(stderr, "sinew: {}\n", sentence);
+    // Not fmt::print, which throws: where stderr takes nothing either, the code is all that is left to say.
+    (void)std::fputs(fmt::format("sinew: {}\n", sentence).c_str(), stderr);
     return code;
 }
 

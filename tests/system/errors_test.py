@@ -144,6 +144,13 @@ class Errors(unittest.TestCase):
             done = subprocess.run([SINEW, "messages", "sam"], stdout=full, stderr=subprocess.PIPE, timeout=PATIENCE)
         self.assertEqual(done.returncode, 1)
 
+    def test_where_not_even_a_complaint_can_be_written_the_program_ends_and_does_not_abort(self):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([SINEW, "messages", "sam"], stdout=full, stderr=full, timeout=PATIENCE)
+            self.assertEqual(done.returncode, 1)
+            done = subprocess.run([SINEW, "messages", "nobody"], stdout=full, stderr=full, timeout=PATIENCE)
+            self.assertEqual(done.returncode, 2)
+
 
 if __name__ == "__main__":
     unittest.main()
