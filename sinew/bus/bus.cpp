@@ -132,6 +132,8 @@ void Bus::start(std::span<const wire::Request> requests, std::span<Result> resul
 {
     if (conversation_.busy() && !conversation_.stopping())
         conversation_.abandon({.code = Errc::stopped}, clock_.now());
+    if (!conversation_.stopping())
+        abandoned_part_ = written_ > 0;
     look_ = protocol_.bare_replies();
     conversation_.begin(requests, results);
     ended_by_loss_ = std::exchange(trouble_.untold, false);
@@ -149,6 +151,7 @@ std::span<const link::Handle> Bus::handles()
 void Bus::end_with(const Error& error)
 {
     written_ = 0;
+    abandoned_part_ = false;
     trouble_.blocked = false;
     // A link that stays open, such as an SLCAN adapter that refused one frame, serves the next exchange.
     if (!link_state().open) {
@@ -236,10 +239,10 @@ bool Bus::note_written(const std::expected<std::size_t, Error>& wrote, const wir
     const std::size_t count = bytes_ != nullptr ? take_note(first, *wrote) : *wrote;
     if (count > 0) {
         trouble_.blocked = false;
-        if (conversation_.busy())
-            conversation_.transmitted(count, now);
-        else
+        if (std::exchange(abandoned_part_, false) || !conversation_.busy()) [[unlikely]]
             conversation_.distrust(now); // the rest of a frame that nobody waits for: what it brings is nobody's
+        else
+            conversation_.transmitted(count, now);
         return true;
     }
     if (!trouble_.blocked) {

@@ -120,7 +120,8 @@ public:
 
     // ---- for `drive` ----
 
-    /// Begins an exchange without waiting for it. One that is still running ends with `stopped`.
+    /// Begins an exchange without waiting for it. One that is still running ends with `stopped`; a frame of it of which
+    /// the link has taken a part is finished before.
     void start(std::span<const wire::Request> requests, std::span<Result> results);
     /// Reads, writes and moves on as far as it goes without waiting. True when the exchange has ended.
     bool work();
@@ -188,9 +189,10 @@ private:
     };
     Trouble trouble_{};
 
-    bool look_ = true;        // there may be something to read
-    wire::Frame part_{};      // a frame of which a part is still to be written
-    std::size_t written_ = 0; // of it
+    bool look_ = true;            // there may be something to read
+    wire::Frame part_{};          // a frame of which a part is still to be written
+    std::size_t written_ = 0;     // of it
+    bool abandoned_part_ = false; // it is of an exchange before this one
     TimePoint write_deadline_{};
     TimePoint deadline_{};
     std::array<link::Handle, 2> handles_{};

@@ -119,5 +119,16 @@ TEST_F(BusHalfFrame, OfAnExchangeThatIsOverHoldsUpNoStopBeyondItsRest)
     EXPECT_TRUE(bus_.stop_results()[0].good);
 }
 
+TEST_F(BusHalfFrame, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
+{
+    const wire::Request next = unanswered(7);
+    Result next_result;
+    bus_.start({&next, 1}, {&next_result, 1});
+    EXPECT_EQ(result_.error.code, Errc::stopped);
+    EXPECT_TRUE(drive({&self_, 1}));
+    EXPECT_TRUE(next_result.good);
+    expect_written({set_, next});
+}
+
 } // namespace
 } // namespace sinew::bus

@@ -51,6 +51,12 @@ std::int64_t time_raw(Duration time)
     return std::max(shortest_arrival_time, static_cast<std::int64_t>(std::ceil(seconds(time) / time_lsb_s - 1e-6)));
 }
 
+/// Between two looks, whatever it did there.
+double turned_at_most(double before_rad_s, double after_rad_s, Duration between)
+{
+    return faster_between * std::max(before_rad_s, after_rad_s) * std::abs(seconds(between));
+}
+
 double number(const wire::Values& values, std::string_view name)
 {
     return static_cast<double>(values.find(name).value_or(0));
@@ -236,27 +242,37 @@ void Driver::absorb_position(const wire::Values& values, TimePoint at, actuator:
         state.velocity_rad_s = {0.0, at};
 }
 
-std::optional<double> Driver::far_position(double far_rad, double speed_rad_s, TimePoint at) const
+double Driver::with_rounds(double position_rad, double speed_rad_s, TimePoint at)
 {
-    const double turned_at_most =
-        faster_between * std::max(far_->speed_rad_s, speed_rad_s) * std::abs(seconds(at - far_->at));
+    const double span = units::rad(static_cast<double>(largest + 1) * far_position_lsb_deg);
+    if (followed_ && turned_at_most(followed_->speed_rad_s, speed_rad_s, at - followed_->at) < span / 4.0)
+        position_rad += span * std::round((followed_->position_rad - position_rad) / span);
+    followed_ = {.position_rad = position_rad, .speed_rad_s = speed_rad_s, .at = at};
+    return position_rad;
+}
+
+std::optional<double> Driver::far_position(double far_rad, double speed_rad_s, TimePoint at)
+{
+    const double turned = turned_at_most(far_->speed_rad_s, speed_rad_s, at - far_->at);
     if (std::chrono::abs(at - far_->at) > together)
         return {};
     if (spec_.profile.position_feedback_limit == PositionFeedbackLimit::clamp) {
         const bool is_far = far_rad >= *can_.position_high_rad - units::rad(far_position_lsb_deg);
-        return is_far && far_rad > turned_at_most ? std::optional(far_->sign * far_rad) : std::nullopt;
+        return is_far && far_rad > turned ? std::optional(far_->sign * far_rad) : std::nullopt;
     }
     const double span = units::rad(static_cast<double>(largest + 1) * position_lsb_deg);
-    if (turned_at_most > span / 4.0)
+    if (turned > span / 4.0)
         return {};
-    return far_->sign * (far_->fine_rad + span * std::round((far_rad - far_->fine_rad) / span));
+    const double magnitude = far_->fine_rad + span * std::round((far_rad - far_->fine_rad) / span);
+    return with_rounds(far_->sign * magnitude, speed_rad_s, at);
 }
 
-void Driver::absorb_speed(const wire::Values& values, TimePoint at, actuator::State& state) const
+void Driver::absorb_speed(const wire::Values& values, TimePoint at, actuator::State& state)
 {
     const double speed = units::rad_s_from_rpm(number(values, "speed") * speed_lsb_rpm);
     state.velocity_rad_s = {signed_by(*values.find("speed_direction"), speed), at};
-    if (!far_ || values.find("position") == largest)
+    const bool wraps = spec_.profile.position_feedback_limit == PositionFeedbackLimit::wrap;
+    if (!far_ || (!wraps && values.find("position") == largest))
         return;
     const double far_rad = units::rad(number(values, "position") * far_position_lsb_deg);
     if (const auto position = far_position(far_rad, speed, at))
@@ -316,6 +332,7 @@ std::expected<wire::Requests, Error> Driver::plan_settings()
 {
     settings_ = {};
     reset_ = {};
+    followed_.reset();
     return wire::Requests{};
 }
 

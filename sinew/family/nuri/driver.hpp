@@ -16,6 +16,8 @@ namespace sinew::nuri {
 /// - The position comes from position feedback, which ends (or starts again, `Profile::position_feedback_limit`) at
 ///   655.33° (N17). Beyond, its sign and the magnitude of speed feedback make the position, where both are so close in
 ///   time that the shaft cannot have come through zero between them; such a state takes both requests at any depth.
+///   Where feedback starts again, that of speed does so, too, at 6553.3°: the rounds are counted from look to look. A
+///   device that was beyond that end before it was first looked at is told short of it by as many rounds.
 /// - The current has no sign.
 ///
 /// Positions and speeds are those behind the external gear whose ratio the device knows (N33), so none is applied here.
@@ -53,8 +55,9 @@ private:
     std::int64_t direction(double value) const;
     double signed_by(std::int64_t direction, double magnitude) const;
     void absorb_position(const wire::Values& values, TimePoint at, actuator::State& state);
-    void absorb_speed(const wire::Values& values, TimePoint at, actuator::State& state) const;
-    std::optional<double> far_position(double far_rad, double speed_rad_s, TimePoint at) const;
+    void absorb_speed(const wire::Values& values, TimePoint at, actuator::State& state);
+    std::optional<double> far_position(double far_rad, double speed_rad_s, TimePoint at);
+    double with_rounds(double position_rad, double speed_rad_s, TimePoint at);
     void absorb_switch(bool off, TimePoint at, actuator::State& state);
     void compare_settings(std::string_view message, const wire::Frame& reply);
 
@@ -66,12 +69,20 @@ private:
         TimePoint at{};
     };
 
+    /// Where it was when it was last looked at beyond what one look can tell.
+    struct Followed {
+        double position_rad = 0.0;
+        double speed_rad_s = 0.0;
+        TimePoint at{};
+    };
+
     Spec spec_;
     actuator::Capabilities can_;
-    bool off_ = false;             ///< switched off by us, or said so by itself
-    bool said_off_ = false;        ///< said so by itself, and not switched on since
-    std::optional<bool> relative_; ///< as it said itself; a position is planned only where it is known
-    std::optional<Heard> far_;     ///< speed feedback must say how far
+    bool off_ = false;                 ///< switched off by us, or said so by itself
+    bool said_off_ = false;            ///< said so by itself, and not switched on since
+    std::optional<bool> relative_;     ///< as it said itself; a position is planned only where it is known
+    std::optional<Heard> far_;         ///< speed feedback must say how far
+    std::optional<Followed> followed_; ///< of a device whose feedback starts again
     std::array<std::optional<wire::Frame>, 3> settings_{}; ///< as they were when first heard
     std::string_view reset_;
 };

@@ -4,6 +4,7 @@
 #include "sinew/family/nuri/messages.hpp"
 #include "tests/support/allocations.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace sinew::nuri {
@@ -314,6 +315,26 @@ TEST(NuriDriver, PutsAPositionThatStartsAgainTogetherFromBothKindsOfFeedback) //
     listener.position(ccw, 1234, 10, ms(4));
     listener.speed(cw, 10, 123, ms(6));
     EXPECT_NEAR(units::deg(*listener.state.position_rad), 12.34, 1e-9);
+}
+
+TEST(NuriDriver, CountsTheRoundsWhereEvenSpeedFeedbackStartsAgain) // N17: a position of 0.17 rad was told for 114.6
+{
+    Listener listener(PositionFeedbackLimit::wrap);
+    const auto look = [&](Rotation side, double deg, TimePoint at) {
+        listener.position(side, static_cast<int>(std::lround(deg * 100)) % 65534, 600, at);
+        listener.speed(side, 600, static_cast<int>(std::lround(deg * 10)) % 65534, at);
+    };
+    for (const double deg : {6500.0, 6550.0, 6553.3, 6553.4, 6600.0, 6650.0, 6553.4, 6553.2, 6500.0}) {
+        look(cw, deg, ms(static_cast<int>(deg)));
+        EXPECT_NEAR(units::deg(*listener.state.position_rad), -deg, 1e-9);
+    }
+    look(ccw, 6553.0, ms(10'000'000));
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), 6553.0, 1e-9) << "nobody looked for hours while it turned";
+    look(ccw, 6600.0, ms(10'000'100));
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), 6600.0, 1e-9);
+    ASSERT_TRUE(listener.driver.plan_settings().has_value());
+    look(ccw, 10.0, ms(10'000'200));
+    EXPECT_NEAR(units::deg(*listener.state.position_rad), 10.0, 1e-9) << "a device that has reset itself starts anew";
 }
 
 // ---- resets ----
