@@ -98,6 +98,14 @@ consteval S with_parameters(S s)
     return s;
 }
 
+/// A side that is nothing but its command.
+template <class S>
+consteval auto bare_side()
+{
+    return side<S>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
+                   reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7));
+}
+
 // ---- answers that several messages share ----
 
 struct MotorState {
@@ -119,9 +127,7 @@ struct Acknowledged {
 };
 consteval auto acknowledged()
 {
-    return side<Acknowledged>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                              reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6),
-                              reserved("null_7", 7));
+    return bare_side<Acknowledged>();
 }
 
 struct Status1 {
@@ -242,11 +248,7 @@ consteval auto row_of(const ReadAcceleration*)
                                                     .manual = "none (4.4 is missing); list 2 entry 4",
                                                     .errata = "R05 R06",
                                                     .says = "Read the acceleration limit."},
-                                                   side<ReadAcceleration>(command_frame, 8, reserved("null_1", 1),
-                                                                          reserved("null_2", 2), reserved("null_3", 3),
-                                                                          reserved("null_4", 4), reserved("null_5", 5),
-                                                                          reserved("null_6", 6), reserved("null_7", 7)),
-                                                   acceleration());
+                                                   bare_side<ReadAcceleration>(), acceleration());
 }
 
 struct WriteAccelerationRam {
@@ -281,8 +283,7 @@ consteval auto row_of(const ReadEncoder*)
          .opcode = 0x90,
          .manual = "4.6",
          .says = "Read the encoder position, its raw value and the offset between them."},
-        side<ReadEncoder>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                          reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
+        bare_side<ReadEncoder>(),
         side<Encoder>(command_frame, 8, reserved("null_1", 1),
                       u16_le(&Encoder::encoder, {.name = "encoder", .byte = 2, .says = encoder_width}),
                       u16_le(&Encoder::encoder_raw, {.name = "encoder_raw", .byte = 4, .says = encoder_width}),
@@ -327,9 +328,7 @@ consteval auto row_of(const WriteCurrentPositionZeroRom*)
          .manual = "4.8",
          .errata = "R38",
          .says = "Store the present position as zero; it counts after the next power-on."},
-        side<WriteCurrentPositionZeroRom>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2),
-                                          reserved("null_3", 3), reserved("null_4", 4), reserved("null_5", 5),
-                                          reserved("null_6", 6), reserved("null_7", 7)),
+        bare_side<WriteCurrentPositionZeroRom>(),
         side<EncoderOffset>(
             command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
             reserved("null_4", 4), reserved("null_5", 5),
@@ -349,9 +348,7 @@ consteval auto row_of(const ReadMultiTurnAngle*)
          .manual = "4.9",
          .errata = "R10",
          .says = "Read the angle over all turns; positive is clockwise."},
-        side<ReadMultiTurnAngle>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                                 reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6),
-                                 reserved("null_7", 7)),
+        bare_side<ReadMultiTurnAngle>(),
         side<MultiTurnAngle>(
             command_frame, 8,
             i56_le(&MultiTurnAngle::angle, {.name = "angle", .byte = 1, .unit = "deg", .scale = 0.01})));
@@ -370,9 +367,7 @@ consteval auto row_of(const ReadSingleTurnAngle*)
          .manual = "4.10",
          .errata = "R32",
          .says = "Read the angle inside one turn."},
-        side<ReadSingleTurnAngle>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                                  reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6),
-                                  reserved("null_7", 7)),
+        bare_side<ReadSingleTurnAngle>(),
         side<SingleTurnAngle>(
             command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
             reserved("null_4", 4), reserved("null_5", 5),
@@ -384,67 +379,54 @@ struct SetCurrentPositionZero {
 };
 consteval auto row_of(const SetCurrentPositionZero*)
 {
-    return message<SetCurrentPositionZero, Acknowledged>(
-        {.name = "set-current-position-zero",
-         .opcode = 0x95,
-         .access = Access::command,
-         .moves = true,
-         .manual = "4.11",
-         .errata = "R09",
-         .says = "Make the present position zero until power-off."},
-        side<SetCurrentPositionZero>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2),
-                                     reserved("null_3", 3), reserved("null_4", 4), reserved("null_5", 5),
-                                     reserved("null_6", 6), reserved("null_7", 7)),
-        acknowledged());
+    return message<SetCurrentPositionZero, Acknowledged>({.name = "set-current-position-zero",
+                                                          .opcode = 0x95,
+                                                          .access = Access::command,
+                                                          .moves = true,
+                                                          .manual = "4.11",
+                                                          .errata = "R09",
+                                                          .says = "Make the present position zero until power-off."},
+                                                         bare_side<SetCurrentPositionZero>(), acknowledged());
 }
 
 struct ReadStatus1 {
 };
 consteval auto row_of(const ReadStatus1*)
 {
-    return message<ReadStatus1, Status1>(
-        {.name = "read-status1",
-         .opcode = 0x9A,
-         .manual = "4.12",
-         .errata = "R31",
-         .says = "Read temperature, voltage and error flags."},
-        side<ReadStatus1>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                          reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        status1());
+    return message<ReadStatus1, Status1>({.name = "read-status1",
+                                          .opcode = 0x9A,
+                                          .manual = "4.12",
+                                          .errata = "R31",
+                                          .says = "Read temperature, voltage and error flags."},
+                                         bare_side<ReadStatus1>(), status1());
 }
 
 struct ClearError {
 };
 consteval auto row_of(const ClearError*)
 {
-    return message<ClearError, Status1>(
-        {.name = "clear-error",
-         .opcode = 0x9B,
-         .reply_opcode = 0x9A,
-         .reply_opcode_also = 0x9B,
-         .also_when = clear_error_reply_9b,
-         .access = Access::command,
-         .manual = "4.13",
-         .errata = "R04 R31",
-         .says = "Clear the error flags whose cause is gone."},
-        side<ClearError>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                         reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        status1());
+    return message<ClearError, Status1>({.name = "clear-error",
+                                         .opcode = 0x9B,
+                                         .reply_opcode = 0x9A,
+                                         .reply_opcode_also = 0x9B,
+                                         .also_when = clear_error_reply_9b,
+                                         .access = Access::command,
+                                         .manual = "4.13",
+                                         .errata = "R04 R31",
+                                         .says = "Clear the error flags whose cause is gone."},
+                                        bare_side<ClearError>(), status1());
 }
 
 struct ReadStatus2 {
 };
 consteval auto row_of(const ReadStatus2*)
 {
-    return message<ReadStatus2, MotorState>(
-        {.name = "read-status2",
-         .opcode = 0x9C,
-         .manual = "4.14",
-         .errata = "R11 R23",
-         .says = "Read temperature, torque current, speed and encoder."},
-        side<ReadStatus2>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                          reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        motor_state());
+    return message<ReadStatus2, MotorState>({.name = "read-status2",
+                                             .opcode = 0x9C,
+                                             .manual = "4.14",
+                                             .errata = "R11 R23",
+                                             .says = "Read temperature, torque current, speed and encoder."},
+                                            bare_side<ReadStatus2>(), motor_state());
 }
 
 struct ReadStatus3 {
@@ -462,8 +444,7 @@ consteval auto row_of(const ReadStatus3*)
          .manual = "4.15",
          .errata = "R33",
          .says = "Read the three phase currents."},
-        side<ReadStatus3>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                          reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
+        bare_side<ReadStatus3>(),
         side<PhaseCurrents>(command_frame, 8, reserved("null_1", 1),
                             i16_le(&PhaseCurrents::phase_a_current,
                                    {.name = "phase_a_current", .byte = 2, .unit = "A", .scale = 0.015625}),
@@ -477,51 +458,42 @@ struct MotorOff {
 };
 consteval auto row_of(const MotorOff*)
 {
-    return message<MotorOff, Acknowledged>(
-        {.name = "motor-off",
-         .opcode = 0x80,
-         .access = Access::command,
-         .moves = true,
-         .manual = "4.16",
-         .errata = "R30",
-         .says = "Switch the motor off and forget what it was doing."},
-        side<MotorOff>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                       reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        acknowledged());
+    return message<MotorOff, Acknowledged>({.name = "motor-off",
+                                            .opcode = 0x80,
+                                            .access = Access::command,
+                                            .moves = true,
+                                            .manual = "4.16",
+                                            .errata = "R30",
+                                            .says = "Switch the motor off and forget what it was doing."},
+                                           bare_side<MotorOff>(), acknowledged());
 }
 
 struct MotorStop {
 };
 consteval auto row_of(const MotorStop*)
 {
-    return message<MotorStop, Acknowledged>(
-        {.name = "motor-stop",
-         .opcode = 0x81,
-         .access = Access::command,
-         .moves = true,
-         .manual = "4.17",
-         .errata = "R30",
-         .says = "Stop the motor but remember what it was doing."},
-        side<MotorStop>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                        reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        acknowledged());
+    return message<MotorStop, Acknowledged>({.name = "motor-stop",
+                                             .opcode = 0x81,
+                                             .access = Access::command,
+                                             .moves = true,
+                                             .manual = "4.17",
+                                             .errata = "R30",
+                                             .says = "Stop the motor but remember what it was doing."},
+                                            bare_side<MotorStop>(), acknowledged());
 }
 
 struct MotorRunning {
 };
 consteval auto row_of(const MotorRunning*)
 {
-    return message<MotorRunning, Acknowledged>(
-        {.name = "motor-running",
-         .opcode = 0x88,
-         .access = Access::command,
-         .moves = true,
-         .manual = "4.18",
-         .errata = "R30",
-         .says = "Go on after a stop."},
-        side<MotorRunning>(command_frame, 8, reserved("null_1", 1), reserved("null_2", 2), reserved("null_3", 3),
-                           reserved("null_4", 4), reserved("null_5", 5), reserved("null_6", 6), reserved("null_7", 7)),
-        acknowledged());
+    return message<MotorRunning, Acknowledged>({.name = "motor-running",
+                                                .opcode = 0x88,
+                                                .access = Access::command,
+                                                .moves = true,
+                                                .manual = "4.18",
+                                                .errata = "R30",
+                                                .says = "Go on after a stop."},
+                                               bare_side<MotorRunning>(), acknowledged());
 }
 
 struct TorqueOpenLoop {
