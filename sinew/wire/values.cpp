@@ -61,7 +61,7 @@ std::optional<Error> check_framing(const Info& info, const Side& side, const Fra
 {
     const Layout& layout = *side.layout;
     for (const auto& f : side.fields) {
-        const std::uint8_t byte = f.from_end ? std::uint8_t{0} : frame.data[f.byte];
+        const std::uint8_t byte = frame.data[f.byte];
         if (f.kind == Kind::opcode && byte != f.fixed && byte != side.opcode_also)
             return wrong(Errc::bad_constant, info, f.name, byte, f.fixed);
         if (f.kind == Kind::constant || f.kind == Kind::size) {
@@ -96,7 +96,6 @@ std::optional<Error> decode_value(const Info& info, const Field& f, const Frame&
         error.code = Errc::bad_constant;
         error.detail = std::string(f.name) + " has a bit set that this coding never sets";
     }
-    keep_seen(error, frame.bytes());
     return error;
 }
 
@@ -207,7 +206,8 @@ std::expected<AddressedValues, Error> decode(const MessageInfo& message, Directi
     const Side& side = message.side(direction);
     const Info& info = message.info;
     const auto refuse = [&](Error error) {
-        keep_seen(error, frame.bytes());
+        const std::span<const std::uint8_t> data = frame.data;
+        keep_seen(error, data.first(std::min<std::size_t>(frame.size, data.size())));
         return std::unexpected(std::move(error));
     };
     const bool grows = field_of_kind(side, Kind::sequence) != nullptr;
@@ -235,7 +235,7 @@ std::expected<AddressedValues, Error> decode(const MessageInfo& message, Directi
         auto error = field->kind == Kind::sequence ? decode_sequence(info, side, *field, frame, out.values)
                                                    : decode_value(info, *field, frame, value);
         if (error)
-            return std::unexpected(*std::move(error));
+            return refuse(*std::move(error));
         if (field->kind != Kind::sequence)
             out.values.add(*field, value);
     }
