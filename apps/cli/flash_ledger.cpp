@@ -16,7 +16,7 @@ namespace {
 
 bool is_counted(const Device& device)
 {
-    return !device.link.starts_with("sim:");
+    return !sim::is_simulated(device.link);
 }
 
 /// "sam-3-serial-dev-ttyUSB0": what a table of the file may be called.

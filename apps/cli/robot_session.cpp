@@ -29,7 +29,7 @@ std::vector<std::string> links_of(const config::RobotFile& file, const robot::Op
 
 bool is_simulated(const std::string& link)
 {
-    return link.starts_with("sim:");
+    return sim::is_simulated(link);
 }
 
 } // namespace

@@ -32,7 +32,7 @@ Session::Session() : links_(link::Links::system())
 std::expected<void, Error> Session::guard(const Device& device)
 {
     catch_suspension();
-    if (guardian_ || record::is_replay(device.link) || device.link.starts_with("sim:"))
+    if (guardian_ || record::is_replay(device.link) || sim::is_simulated(device.link))
         return {};
     // Also for a program that is stopped by a signal that nobody can catch; far longer than any wait of its own.
     const auto settings = bus_settings();

@@ -117,6 +117,12 @@ std::expected<link::AnyLink, Error> Worlds::open(const link::Uri& uri, link::Clo
     return (*world)->open(uri.fragment);
 }
 
+bool is_simulated(std::string_view uri)
+{
+    const auto parsed = link::parse_uri(uri);
+    return parsed && parsed->scheme == "sim";
+}
+
 void add(link::Links& links, Worlds& worlds)
 {
     links.add({.name = "sim",

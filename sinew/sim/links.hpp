@@ -35,6 +35,9 @@ private:
     std::map<std::string, std::unique_ptr<Running>> running_;
 };
 
+/// Whether a link is one of these, in whatever time.
+bool is_simulated(std::string_view uri);
+
 /// Adds the scheme `sim:FILE#BUS` (one bus: `#BUS` may be left out). The worlds must outlive the links.
 void add(link::Links& links, Worlds& worlds);
 
