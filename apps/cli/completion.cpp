@@ -18,24 +18,35 @@ constexpr std::string_view bash = R"(_sinew() {
 complete -o default -F _sinew sinew
 )";
 
+// In a folder of fpath the whole text is the function, and its first call is already one of those that complete.
 constexpr std::string_view zsh = R"(#compdef sinew
 _sinew() {
-    local -a found
+    local -a found end
     found=("${(@f)$(sinew completion words -- "${(@)words[1,CURRENT]}" 2>/dev/null)}")
+    [[ $#found == 1 && $found[1] == *= ]] && end=(-S '')
     if [[ -n "${found[1]}" ]]; then
-        compadd -- "${found[@]}"
+        compadd "${end[@]}" -- "${found[@]}"
     else
         _files
     fi
 }
-compdef _sinew sinew
+if [[ $funcstack[1] == _sinew ]]; then
+    _sinew "$@"
+else
+    compdef _sinew sinew
+fi
 )";
 
 constexpr std::string_view fish = R"(function __sinew_words
     set -l line (commandline -opc) (commandline -ct)
-    sinew completion words -- $line 2>/dev/null
+    set -l found (sinew completion words -- $line 2>/dev/null)
+    if set -q found[1]
+        string join \n -- $found
+    else
+        __fish_complete_path (commandline -ct)
+    end
 end
-complete -c sinew -a '(__sinew_words)'
+complete -c sinew -f -a '(__sinew_words)'
 )";
 
 Outcome run(const Words& words)

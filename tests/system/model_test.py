@@ -1,18 +1,52 @@
 """What is made from the command model: help topics, completion, manual pages."""
 import json
 import os
+import pty
+import re
+import select
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 
-from support import DEMO, SINEW, SOURCE, environment, sinew
+from support import DEMO, PATIENCE, SINEW, SOURCE, environment, sinew
 
 
 def words(*line, robot=DEMO):
     done = subprocess.run([SINEW, "completion", "words", "--", "sinew", *line], capture_output=True, text=True, cwd=SOURCE,
                           env=environment(**({"SINEW_ROBOT": robot} if robot else {})), check=True)
     return done.stdout.split("\n")[:-1]
+
+
+def zsh_completes(folder, typed, env):
+    """The last word of a line after one Tab in a fresh zsh."""
+    master, slave = pty.openpty()
+    shell = subprocess.Popen(["zsh", "-f", "-i"], stdin=slave, stdout=slave, stderr=slave, env=env, cwd=folder,
+                             start_new_session=True)
+    os.close(slave)
+
+    def read_until(pattern):
+        seen = ""
+        end = time.monotonic() + PATIENCE
+        while not (found := re.search(pattern, seen)):
+            if not select.select([master], [], [], max(0, end - time.monotonic()))[0]:
+                raise AssertionError(f"{pattern} did not come, but: {seen}")
+            seen += os.read(master, 65536).decode(errors="replace")
+        return found[1]
+
+    try:
+        # What is echoed is not yet what is printed.
+        os.write(master, f"""PS1=; fpath=({folder} $fpath); autoload -Uz compinit; compinit -u -d {folder}/dump
+tell() {{ print -r -- "<${{BUFFER% }}>" }}; zle -N tell; bindkey '^T' tell; print rea'dy'
+""".encode())
+        read_until("(ready)")
+        os.write(master, f"{typed}\t\x14".encode())
+        return read_until("<([^<>$]*)>").split()[-1]
+    finally:
+        shell.kill()
+        shell.wait(PATIENCE)
+        os.close(master)
 
 
 class Help(unittest.TestCase):
@@ -85,14 +119,38 @@ class Completion(unittest.TestCase):
                               env=environment(SINEW_ROBOT=DEMO, PATH=os.path.dirname(SINEW) + ":" + os.environ["PATH"]))
         self.assertEqual(done.stdout.strip(), "elbow", done.stderr)
 
+    # What is typed, and a word that a shell then offers.
+    TYPED = (("sinew rest", "restore"), ("sinew motion a", "assemble"), ("sinew move elb", "elbow"), ("sinew bus wai", "waist"),
+             ("sinew get elbow input-v", "input-voltage"), ("sinew send left_knee speed-closed-loop-", None),
+             ("sinew scan --family n", "nuri"), ("sinew teach sta", "stand"))
+
+    def at_home(self, folder):
+        return environment(SINEW_ROBOT=DEMO, HOME=folder, XDG_CONFIG_HOME=folder, XDG_DATA_HOME=folder, TERM="dumb",
+                           PATH=os.path.dirname(SINEW) + ":" + os.environ["PATH"])
+
+    @unittest.skipUnless(shutil.which("fish"), "there is no fish here; tools/setup test installs it")
+    def test_fish_completes_verbs_joints_devices_and_messages(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = sinew("completion", "fish").stdout
+            with open(os.path.join(folder, "nuri.toml"), "w", encoding="utf-8"):
+                pass  # files are offered only where nothing else is
+            for typed, word in self.TYPED:
+                done = subprocess.run(["fish", "--no-config", "-c", f"{script}\ncomplete -C '{typed}'"], capture_output=True,
+                                      text=True, cwd=folder, env=self.at_home(folder))
+                self.assertEqual(done.stdout.split(), [word] if word else [], f"{typed}: {done.stderr}")
+
+    @unittest.skipUnless(shutil.which("zsh"), "there is no zsh here; tools/setup test installs it")
+    def test_zsh_completes_verbs_joints_devices_and_messages(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "_sinew"), "w", encoding="utf-8") as file:
+                file.write(sinew("completion", "zsh").stdout)
+            for typed, word in self.TYPED:
+                with self.subTest(typed=typed):
+                    self.assertEqual(zsh_completes(folder, typed, self.at_home(folder)), word or typed.split()[-1])
+
     def test_every_shell_has_a_script_that_asks_the_command(self):
         for shell in ("bash", "zsh", "fish"):
             self.assertIn("sinew completion words", sinew("completion", shell).stdout)
-            if shutil.which(shell) and shell != "bash":
-                with tempfile.NamedTemporaryFile("w") as file:
-                    file.write(sinew("completion", shell).stdout)
-                    file.flush()
-                    subprocess.run([shell, "-n", file.name], check=True)
         sinew("completion", "tcsh", code=2)
 
 
