@@ -2,7 +2,10 @@
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
+#include <poll.h>
+#include <sys/eventfd.h>
 
 namespace sinew::cli {
 namespace {
@@ -11,6 +14,7 @@ namespace {
 std::atomic<bool> caught{false};
 std::atomic<bool> suspension{false};
 std::atomic<int> undisturbed{0};
+std::atomic<int> wake{-1}; // can be read once one was caught
 std::array<std::atomic<bus::Bus*>, 64> buses{};
 
 void stop_buses()
@@ -22,8 +26,10 @@ void stop_buses()
 
 extern "C" void on_interrupt(int number)
 {
+    const int error = errno;
     suspension.store(number == SIGTSTP);
     interrupt();
+    errno = error;
 }
 
 } // namespace
@@ -31,6 +37,7 @@ extern "C" void on_interrupt(int number)
 void interrupt()
 {
     caught.store(true);
+    (void)::eventfd_write(wake.load(), 1);
     if (undisturbed.load() == 0)
         stop_buses();
 }
@@ -67,6 +74,8 @@ Undisturbed::~Undisturbed()
 
 void catch_interrupts()
 {
+    if (wake.load() < 0)
+        wake.store(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
     struct sigaction action{};
     action.sa_handler = on_interrupt;
     sigemptyset(&action.sa_mask);
@@ -80,9 +89,21 @@ bool interrupted()
     return caught.load();
 }
 
+bool wait_for_input(int fd)
+{
+    // Not by the signal that ends a wait: one that came a moment before it would be missed.
+    std::array<pollfd, 2> waited{pollfd{.fd = fd, .events = POLLIN, .revents = 0},
+                                 pollfd{.fd = wake.load(), .events = POLLIN, .revents = 0}};
+    while (!interrupted() && ::poll(waited.data(), waited.size(), -1) < 0 && errno == EINTR)
+        ;
+    return !interrupted();
+}
+
 void clear_interrupt()
 {
     caught.store(false);
+    eventfd_t seen = 0;
+    (void)::eventfd_read(wake.load(), &seen);
     for (auto& slot : buses)
         if (auto* bus = slot.load())
             bus->clear_stop();

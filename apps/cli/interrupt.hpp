@@ -10,6 +10,8 @@ bool interrupted();
 void clear_interrupt();
 /// As if Ctrl-C had been pressed.
 void interrupt();
+/// Waits until there is something to read, or the end of it. False: an interrupt came, now or before.
+bool wait_for_input(int fd);
 
 /// For verbs that move something. A program that is suspended commands nothing, and its motor turns on: from now on
 /// Ctrl-Z is a Ctrl-C, and a terminal in which it runs in the background does not suspend it either.

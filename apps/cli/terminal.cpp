@@ -1,5 +1,7 @@
 #include "apps/cli/terminal.hpp"
 
+#include "apps/cli/interrupt.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
@@ -52,13 +54,10 @@ Typed typed()
 
 Typed wait_for_line()
 {
-    for (;;) {
-        pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-        if (::poll(&in, 1, -1) < 0)
-            return Typed::end;
+    while (wait_for_input(STDIN_FILENO))
         if (const auto what = typed(); what != Typed::nothing)
             return what;
-    }
+    return Typed::end;
 }
 
 std::size_t columns()
