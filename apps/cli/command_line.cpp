@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <system_error>
 
 namespace sinew::cli {
@@ -122,9 +123,14 @@ int complain(std::string_view sentence, int code)
 
 int unknown_verb(std::string_view word)
 {
-    std::vector<std::string_view> names;
-    for (const auto& verb : verbs())
+    std::vector<std::string_view> names, longer;
+    for (const auto& verb : verbs()) {
         names.push_back(verb.name);
+        if (verb.name.starts_with(fmt::format("{} ", word)))
+            longer.push_back(verb.name);
+    }
+    if (!longer.empty())
+        return complain(fmt::format("'{}' needs a second word: {}", word, fmt::join(longer, ", ")), exit_usage);
     return complain(fmt::format("there is no verb '{}'{}{} sinew --help lists them", word, did_you_mean(word, names),
                                 nearest(word, names).empty() ? ";" : ""),
                     exit_usage);

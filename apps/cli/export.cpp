@@ -1,5 +1,6 @@
 #include "apps/cli/device.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/interrupt.hpp"
 #include "apps/cli/json.hpp"
 #include "apps/cli/new_file.hpp"
 #include "apps/cli/recording.hpp"
@@ -85,8 +86,11 @@ Outcome write_csv(const Words& words, Topic topic, Place& place, std::int64_t& r
     for (const auto& column : columns)
         head += fmt::format(",{}", column.name);
     head += '\n';
+    std::set<std::string> seen;
     const auto outcome = read_recording(*words.text("FILE"), [&](const Recorded& one) {
         place.write(std::exchange(head, {})); // not before it is known that this is a recording
+        if (one.topic != Topic::frame)
+            seen.insert(one.name);
         if (one.topic != topic || !is_wanted(words, "--joint", one.name))
             return true;
         const auto since = one.at.time_since_epoch();
@@ -101,6 +105,9 @@ Outcome write_csv(const Words& words, Topic topic, Place& place, std::int64_t& r
     });
     if (outcome)
         place.write(head);
+    if (outcome && !interrupted())
+        if (auto there = check_joints(*words.text("FILE"), words.all("--joint"), seen); !there)
+            return std::unexpected(there.error());
     return outcome;
 }
 

@@ -163,7 +163,7 @@ std::expected<wire::Values, Error> values_from(const Device& device, const wire:
             continue;
         }
         if (word == nullptr)
-            return fail(Errc::missing_field, fmt::format("{} needs {}=VALUE, {}", message.name(), field->name,
+            return fail(Errc::missing_field, fmt::format("{} needs {}=VALUE: {}", message.name(), field->name,
                                                          what_fits(*field, device.reading(message, *field))));
         const auto raw = raw_of(device, message, *field, word->value);
         if (!raw)

@@ -46,6 +46,18 @@ std::string paragraph(std::string_view text)
     return wrap(text, 0, fits()) + '\n';
 }
 
+/// A command as a shell takes it, also where it is longer than a line.
+std::string command_line(std::string_view line)
+{
+    constexpr std::string_view goes_on = " \\";
+    if (2 + width(line) <= fits())
+        return std::string(line);
+    std::string out;
+    for (const char c : wrap(line, 6, fits() - goes_on.size()))
+        out += c == '\n' ? fmt::format("{}\n", goes_on) : std::string(1, c);
+    return out;
+}
+
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
 Rows exit_code_rows()
@@ -122,7 +134,7 @@ std::string help(const Verb& verb)
     if (!verb.examples.empty())
         out += fmt::format("\n{}\n", bold("Examples"));
     for (const auto& e : verb.examples)
-        out += fmt::format("  {}\n      {}\n", wrap(e.line, 6, fits()), wrap(e.says, 6, fits()));
+        out += fmt::format("  {}\n      {}\n", command_line(e.line), wrap(e.says, 6, fits()));
     return out + section("Exit codes", exit_code_rows());
 }
 

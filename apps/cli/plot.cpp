@@ -131,6 +131,14 @@ std::string gnuplot_script(const Plot& plot)
     return out + "unset multiplot\n";
 }
 
+std::expected<void, Error> check_picture(const std::string& path)
+{
+    if (std::filesystem::path(path).extension() == ".svg")
+        return {};
+    return fail(Errc::bad_argument,
+                fmt::format("the picture is an SVG, so its name must end with .svg, not '{}'", path));
+}
+
 std::expected<void, Error> write_plot(NewFile& file, const Plot& plot)
 {
     const std::string script = gnuplot_script(plot);

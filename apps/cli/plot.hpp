@@ -35,6 +35,9 @@ std::string sparkline(const std::vector<double>& values, std::size_t width);
 /// What gnuplot is told to do.
 std::string gnuplot_script(const Plot& plot);
 
+/// `bad_argument` for a name that promises another kind of picture than SVG.
+std::expected<void, Error> check_picture(const std::string& path);
+
 /// The plot as SVG into `file`, which is not kept yet. `unsupported` where there is no gnuplot, with the package that
 /// has it; `bad_argument` with gnuplot's words where it fails.
 std::expected<void, Error> write_plot(NewFile& file, const Plot& plot);

@@ -50,13 +50,12 @@ Outcome read_curves(const Words& words, const std::vector<std::string>& values, 
     const auto joints = words.all("--joint");
     std::optional<record::Time> first;
     std::map<std::pair<std::string, std::string>, std::size_t> known;
-    std::vector<std::string> seen;
+    std::set<std::string> seen;
     const auto outcome = read_recording(*words.text("FILE"), [&](const Recorded& one) {
         first = first.value_or(one.at);
         if (one.topic != Topic::state)
             return true;
-        if (std::ranges::find(seen, one.name) == seen.end())
-            seen.push_back(one.name);
+        seen.insert(one.name);
         if (!joints.empty() && std::ranges::find(joints, one.name) == joints.end())
             return true;
         for (const auto& value : values)
@@ -71,11 +70,8 @@ Outcome read_curves(const Words& words, const std::vector<std::string>& values, 
     });
     if (!outcome)
         return outcome;
-    const std::vector<std::string_view> names(seen.begin(), seen.end());
-    for (const auto& joint : joints)
-        if (std::ranges::find(seen, joint) == seen.end())
-            return fail(Errc::unknown_name, fmt::format("{} has no states of a joint '{}'{}", *words.text("FILE"),
-                                                        joint, did_you_mean(joint, names)));
+    if (auto there = check_joints(*words.text("FILE"), joints, seen); !there)
+        return std::unexpected(there.error());
     if (out.empty())
         return fail(Errc::bad_file, fmt::format("{} has no {}", *words.text("FILE"), fmt::join(values, " or ")));
     return outcome;
@@ -142,6 +138,9 @@ Outcome run(const Words& words)
     const auto values = values_from(words);
     if (!values)
         return std::unexpected(values.error());
+    if (const auto to = words.text("--out"))
+        if (auto fine = check_picture(*to); !fine)
+            return std::unexpected(fine.error());
     std::vector<Curve> curves;
     const auto outcome = read_curves(words, *values, curves);
     if (!outcome)

@@ -2,6 +2,7 @@
 
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/interrupt.hpp"
+#include "sinew/base/bytes.hpp"
 
 #include <array>
 #include <filesystem>
@@ -71,6 +72,17 @@ Outcome read_recording(const std::string& path, const std::function<bool(const R
                 return code;
         }
     }
+}
+
+std::expected<void, Error> check_joints(const std::string& path, std::span<const std::string> asked,
+                                        const std::set<std::string>& seen)
+{
+    const std::vector<std::string_view> names(seen.begin(), seen.end());
+    for (const auto& joint : asked)
+        if (!seen.contains(joint))
+            return fail(Errc::unknown_name,
+                        fmt::format("{} has nothing of a joint '{}'{}", path, joint, did_you_mean(joint, names)));
+    return {};
 }
 
 std::string text_of(const record::JsonFields& fields, const record::Column& column)

@@ -93,6 +93,7 @@ Outcome run(const Words& words)
             screen.show(heard);
     };
     std::optional<Error> problem;
+    std::set<std::string> seen;
     const auto outcome = read_recording(*words.text("FILE"), [&](const Recorded& one) {
         if (one.topic == Topic::frame) {
             const auto frame = record::frame_from(*one.message);
@@ -100,8 +101,11 @@ Outcome run(const Words& words)
                 problem = frame.error();
             else if (wanted.frames)
                 listener->hear(*frame, show);
-        } else if (wanted.joints &&
-                   (wanted.names.empty() || std::ranges::find(wanted.names, one.name) != wanted.names.end())) {
+            return screen.shown() < most && !problem;
+        }
+        seen.insert(one.name);
+        if (wanted.joints &&
+            (wanted.names.empty() || std::ranges::find(wanted.names, one.name) != wanted.names.end())) {
             screen.show(one.at, line_of(one), json_of(one));
         }
         return screen.shown() < most && !problem;
@@ -111,6 +115,9 @@ Outcome run(const Words& words)
     if (problem)
         return std::unexpected(*problem);
     listener->fall_silent(show);
+    if (screen.shown() < most && !interrupted())
+        if (auto there = check_joints(*words.text("FILE"), joints, seen); !there)
+            return std::unexpected(there.error());
     return outcome;
 }
 

@@ -165,6 +165,9 @@ Outcome run(const Words& words)
     const auto request = request_from(words);
     if (!request)
         return std::unexpected(request.error());
+    if (const auto path = words.text("--plot"))
+        if (auto fine = check_picture(*path); !fine)
+            return std::unexpected(fine.error());
     auto file = robot(words);
     if (!file)
         return std::unexpected(file.error());

@@ -15,6 +15,9 @@ constexpr std::string_view how_to_name_a_device =
     "name a joint with --robot FILE, or a link with --family and --id, such as serial:/dev/ttyUSB0?baud=1500000 "
     "--family sam --id 1";
 
+/// What says who a device on a link is.
+constexpr const char* device_words[] = {"--family", "--id", "--model", "--profile"};
+
 std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const std::string& path)
 {
     auto file = robot_file_at(path);
@@ -177,7 +180,7 @@ std::expected<Device, Error> target(const Words& words)
                     fmt::format("'{}' is no link, and there is no robot file that could have such a "
                                 "joint: {}",
                                 word, how_to_name_a_device));
-    for (const auto* option : {"--family", "--id", "--model", "--profile"})
+    for (const auto* option : device_words)
         if (words.has(option))
             return fail(Errc::bad_argument,
                         fmt::format("{} goes with a link; for the joint {} the robot file says it", option, word));
@@ -204,6 +207,12 @@ std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
     const auto path = robot_path(words);
     if (!path)
         return fail(Errc::bad_argument, fmt::format("which device? Please {}", how_to_name_a_device));
+    // Who names a device must not have the whole robot moved instead.
+    for (const auto* option : device_words)
+        if (words.has(option))
+            return fail(Errc::bad_argument, fmt::format("{} goes with a link, and without TARGET all joints of {} are "
+                                                        "meant; name a joint, or leave {} out",
+                                                        option, *path, option));
     return robot_at(words, *path);
 }
 

@@ -1,4 +1,5 @@
 """Wrong input: one clear sentence on stderr, nothing on stdout, and the documented exit code."""
+import json
 import os
 import pty
 import re
@@ -111,6 +112,24 @@ class Errors(unittest.TestCase):
         self.refused(["move", f"sim:{DEMO}#left", "90", *SAM, "--yes"], 2, "'90'", "90deg")
         self.refused(["sim", DEMO, "--for", "soon"], 2, "--for", "'soon'")
 
+    def test_who_names_a_device_by_its_id_does_not_get_the_whole_robot(self):
+        for words in (["home", "--yes"], ["stop"], ["watch"], ["save"], ["calibrate", "--yes"], ["record", "/tmp/sinew-is-not-here.mcap"],
+                      ["snapshot", "--output", "/tmp/sinew-is-not-here.json", "--yes"]):
+            self.refused([*words, "--robot", DEMO, "--sim", "--id", "3"], 2, "--id goes with a link", "all joints of")
+
+    def test_the_first_of_two_words_is_no_verb_but_says_which_there_are(self):
+        self.refused(["motion"], 2, "'motion' needs a second word: motion assemble, motion show")
+
+    def test_a_picture_of_another_kind_is_refused_before_anything_moves(self):
+        for words in (["tune", "elbow", "--to", "20deg", "--plot", "x.png", "--robot", DEMO, "--sim", "--yes"],
+                      ["sim", "step", DEMO, "--joint", "elbow", "--to", "20deg", "--plot", "x.png"]):
+            self.refused(words, 2, "must end with .svg, not 'x.png'")
+
+    def test_one_joint_does_not_turn_one_after_the_other(self):
+        said = self.refused(["home", "elbow", "--robot", DEMO, "--sim"], 2, "elbow will turn to zero, at 15 deg/s at most")
+        self.assertNotIn("one after the other", said)
+        self.refused(["home", "--robot", DEMO, "--sim"], 2, "one after the other")
+
     def test_limits_of_the_robot_file(self):
         links = [w for bus in ("left", "waist", "legs") for w in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
         self.refused(["move", "elbow", "170deg", "--robot", DEMO, *links, "--yes"], 2, "position_max_deg", "140 deg")
@@ -119,6 +138,14 @@ class Errors(unittest.TestCase):
         text = sinew("--help").stdout
         for code in (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 130):
             self.assertRegex(text, rf"(?m)^  {code} +\w")
+
+    def test_an_example_that_is_longer_than_a_line_is_still_one_command(self):
+        for columns in (40, 60, 80):
+            for verb in json.loads(sinew("help", "--json").stdout):
+                page = sinew(*verb["name"].split(), "--help", columns=columns).stdout
+                commands = re.sub(r" \\\n +", " ", page).splitlines()
+                for example in verb["examples"]:
+                    self.assertIn("  " + example["line"], commands)
 
     def test_help_fits(self):
         listed = sinew("--help", columns=80).stdout.split("\nOptions\n")[0]

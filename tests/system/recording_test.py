@@ -99,6 +99,13 @@ ROBOT = ["--robot", DEMO] + [word for bus in ("left", "waist", "legs") for word 
 JOINTS = {"left": 6, "waist": 4, "legs": 6}
 
 
+def catches(pid, number):
+    """Whether a program has a handler for a signal already."""
+    with open(f"/proc/{pid}/status", encoding="utf-8") as status:
+        caught = next(line.split()[1] for line in status if line.startswith("SigCgt"))
+    return bool(int(caught, 16) >> (number - 1) & 1)
+
+
 def full_disk(limit):
     """What a child does so that no file of its own grows beyond `limit` bytes."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
@@ -310,6 +317,13 @@ class Record(InFolder):
         got = mcap.read(file if whole["was_whole"] else whole["file"])
         self.assertEqual(got["statistics"]["messages"], whole["messages"])
 
+    def test_a_joint_that_is_not_in_a_recording_is_said_so(self):
+        file = self.path("few.mcap")
+        sinew("record", file, *ROBOT, "--for", "50ms")
+        for words in (["replay", file], ["plot", file], ["export", file, "--out", self.path("few.csv")]):
+            self.refused([*words, "--joint", "elbo"], 2, "has nothing of a joint 'elbo', did you mean elbow?")
+        self.assertFalse(os.path.exists(self.path("few.csv")))
+
 
 class Live(InFolder):
     """In real time, beside a simulator that runs."""
@@ -336,6 +350,44 @@ class Live(InFolder):
         self.assertEqual(got["metadata"][0]["values"], {"time": "utc"})
         self.assertAlmostEqual(int(got["messages"][-1]["log_time_ns"]) * 1e-9, time.time(), delta=600)
         self.assertGreater(mcap.read(heard)["statistics"]["by_topic"]["/bus/legs"], 100)
+
+    def listens(self, file, **more):
+        """A program that hears what passes on a bus from now on."""
+        ear = subprocess.Popen([SINEW, "record", file, f"sim:{DEMO}#legs", "--listen"], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True, env=environment(), **more)
+        self.addCleanup(lambda: (ear.stdout.close(), ear.stderr.close()))
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and not catches(ear.pid, signal.SIGINT):
+            time.sleep(0.01)
+        return ear
+
+    def test_ctrl_c_where_nothing_was_heard_is_no_missing_answer(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        ear = self.listens(self.path("heard.mcap"))
+        ear.send_signal(signal.SIGINT)
+        self.assertEqual(ear.wait(PATIENCE), 130)
+        self.assertRegex(ear.stderr.read(), r"^Nothing was heard, so [^\n]+heard\.mcap was not written\.\n$")
+        self.assertFalse(os.path.exists(self.path("heard.mcap")))
+
+    def test_what_was_heard_before_the_disk_was_full_can_all_be_read(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        heard = self.path("heard.mcap")
+        limit = 2_000_000
+        ear = self.listens(heard, preexec_fn=full_disk(limit))
+        talk = subprocess.Popen([SINEW, "record", self.path("run.mcap"), *sim.robot], stdout=subprocess.DEVNULL, env=environment())
+        self.assertEqual(ear.wait(PATIENCE), 9)
+        talk.send_signal(signal.SIGINT)
+        talk.wait(PATIENCE)
+        self.assertRegex(ear.stderr.read(), r"^sinew: [^\n]+heard\.mcap cannot be written: File too large\n$")
+        whole = as_json("recover", heard)
+        self.assertFalse(whole["was_whole"])
+        self.assertEqual(len(whole["problems"]), 1, whole)
+        self.assertGreater(os.path.getsize(whole["file"]), limit // 10)  # of a second or more
+        got = mcap.read(whole["file"])["messages"]
+        self.assertEqual(len(got), whole["messages"])
+        self.assertGreater(len(got), 500)
 
     def test_killed_it_loses_a_second_at_most(self):
         sim = Simulator()

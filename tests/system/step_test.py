@@ -85,7 +85,8 @@ class Step(unittest.TestCase):
     def test_files_that_cannot_be_written_leave_nothing(self):
         missing = self.path("missing/step.svg")
         self.refused([*STEP, "--csv", self.path("step.csv"), "--plot", missing], 2, missing, "cannot be written")
-        self.refused([*STEP, "--plot", self.folder.name], 2, "cannot be written")
+        with tempfile.TemporaryDirectory(suffix=".svg") as folder:
+            self.refused([*STEP, "--plot", folder], 2, "cannot be written")
 
     def test_without_gnuplot_it_says_how_to_get_it(self):
         done = subprocess.run([SINEW, *STEP, "--csv", self.path("step.csv"), "--plot", self.path("step.svg")],
