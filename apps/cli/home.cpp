@@ -44,7 +44,7 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
     auto done = move_to(words, session, *driven,
                         {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
     if (!done)
-        return held_after(*driven, done.error()); // what is in its way would be pushed with all there is
+        return held_after(session, *driven, done.error()); // what is in its way would be pushed with all there is
     return done;
 }
 
@@ -67,8 +67,8 @@ Outcome run(const Words& words)
             return std::unexpected(fine.error());
         names.push_back(device.name);
     }
-    std::string question = fmt::format("{} will turn to zero, one after the other, at {:g} deg/s at most",
-                                       fmt::join(names, ", "), units::deg(speed_rad_s));
+    std::string question = fmt::format("{} will turn to zero{}, at {:g} deg/s at most", fmt::join(names, ", "),
+                                       names.size() > 1 ? ", one after the other" : "", units::deg(speed_rad_s));
     for (const auto& device : *devices)
         if (device.joint != nullptr && device.joint->home.to_stop)
             question += fmt::format("; {} first turns {} with {:g} deg/s until something stops it", device.name,

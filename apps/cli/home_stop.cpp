@@ -61,9 +61,10 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
     }
     const double stop_rad = driven.state.position_rad.value_or(0.0);
-    const auto held = come_to_rest(driven, Otherwise::release);
-    if (!done || !held)
-        return std::unexpected(done ? held.error() : done.error());
+    if (!done)
+        return held_after(session, driven, done.error(), Otherwise::release);
+    if (const auto rest = come_to_rest(session, driven, Otherwise::release); !rest)
+        return std::unexpected(rest.error());
     count_from_stop(driven.device, stop_rad);
     if (!words.json())
         fmt::print("{} has found its stop: {:.2f} deg by the robot file; zero_deg = {:.2f} until it is switched off\n",

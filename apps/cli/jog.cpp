@@ -23,7 +23,8 @@ constexpr double least_speed_rad_s = units::rad(0.5);
 class Jog
 {
 public:
-    Jog(Session& session, Driven& driven, double speed_rad_s) : session_(session), driven_(driven), speed_(speed_rad_s)
+    Jog(const Words& words, Session& session, Driven& driven, double speed_rad_s)
+        : words_(words), session_(session), driven_(driven), speed_(speed_rad_s), begin_(session.clock().now())
     {
     }
 
@@ -43,8 +44,8 @@ public:
             if (interrupted())
                 return end();
             if (!done) {
-                fmt::print("\n");
-                return held_after(driven_, done.error());
+                end_line();
+                return held_after(session_, driven_, done.error());
             }
         }
     }
@@ -53,9 +54,18 @@ private:
     Outcome end()
     {
         const bool by_interrupt = interrupted();
-        fmt::print("\n");
+        end_line();
         const auto stopped = stop_here(session_, driven_);
+        direction_ = 0;
+        if (stopped && words_.json())
+            show();
         return stopped && !by_interrupt ? Outcome(exit_done) : stopped;
+    }
+
+    void end_line() const
+    {
+        if (!words_.json())
+            fmt::print("\n");
     }
 
     void change_speed(DeadMan::Wish wish)
@@ -84,11 +94,12 @@ private:
             target_ = std::clamp(target_, here - ahead, here + ahead);
             done = go();
         } else if (direction_ != 0) {
-            done = come_to_rest(driven_);
+            if (const auto rest = come_to_rest(session_, driven_); !rest)
+                done = std::unexpected(rest.error());
         }
         direction_ = direction;
         if (looks)
-            show(here);
+            show();
         return done;
     }
 
@@ -111,8 +122,16 @@ private:
         return requests ? carry_out(driven_, *requests) : std::unexpected(requests.error());
     }
 
-    void show(double here)
+    void show() const
     {
+        const double here = position_of(driven_);
+        if (words_.json()) {
+            Json line = state_json(driven_, session_.clock().now() - begin_);
+            line.set("direction", direction_);
+            line.set("speed_rad_s", speed_);
+            print_line(line);
+            return;
+        }
         const char* mark = direction_ > 0 ? ">>" : direction_ < 0 ? "<<" : "--";
         const auto line = fmt::format("{}  {:9.2f} deg  {}  {:.3g} deg/s", driven_.device.name, units::deg(here), mark,
                                       units::deg(speed_));
@@ -120,9 +139,11 @@ private:
         std::fflush(stdout);
     }
 
+    const Words& words_;
     Session& session_;
     Driven& driven_;
     double speed_;
+    TimePoint begin_;
     DeadMan man_;
     double target_ = 0.0;
     int direction_ = 0;
@@ -155,7 +176,7 @@ Outcome run(const Words& words)
         return fail(Errc::out_of_range,
                     fmt::format("{} may not turn faster than {:g} deg/s (velocity_max_deg_s of {})", device->name,
                                 units::deg(*device->joint->velocity_max_rad_s), device->file->path));
-    if (!stdin_is_terminal() || !stdout_is_terminal())
+    if (!stdin_is_terminal() || (!stdout_is_terminal() && !words.json()))
         return fail(Errc::bad_argument, "jog needs a terminal: it moves while keys are held; sinew move goes to a "
                                         "position without one");
     const auto yes = confirm(words, fmt::format("{} will turn while you hold a key", device->name));
@@ -168,7 +189,7 @@ Outcome run(const Words& words)
     auto driven = drive_and_read(session, std::move(*device));
     if (!driven)
         return std::unexpected(driven.error());
-    return Jog(session, *driven, speed_rad_s).run();
+    return Jog(words, session, *driven, speed_rad_s).run();
 }
 
 } // namespace
@@ -179,7 +200,9 @@ Verb jog_verb()
             .says = "Turn a device by keys, only as long as a key is held.",
             .arguments = {target_argument},
             .options = with_device_options(
-                {{"--speed", "S", "how fast at first, such as 30deg/s; 15deg/s where it is not given"}, yes_option}),
+                {{"--speed", "S", "how fast at first, such as 30deg/s; 15deg/s where it is not given"},
+                 yes_option,
+                 {"--json", "", "print one object per look and line; stdout may then be a pipe"}}),
             .examples = {{"sinew jog elbow --robot arm.toml", "asks first"},
                          {"sinew jog elbow --robot arm.toml --sim --yes", "a simulated one"},
                          {"sinew jog slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s", "slowly"}},

@@ -106,6 +106,11 @@ double to_actuator_position(const config::Joint* joint, double joint_rad)
     return mounting_of(joint).to_actuator(joint_rad);
 }
 
+double position_of(const Driven& driven)
+{
+    return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
+}
+
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command)
 {
     return driven.driver->plan(mounting_of(driven.device.joint).to_actuator(command), driven.state);

@@ -12,6 +12,9 @@ double to_joint_position(const config::Joint* joint, double actuator_rad);
 double to_joint_velocity(const config::Joint* joint, double actuator_rad_s);
 double to_actuator_position(const config::Joint* joint, double joint_rad);
 
+/// The position of the joint that was read last.
+double position_of(const Driven& driven);
+
 /// The requests that carry out a command in joint units.
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command);
 /// A move in joint units. The limit of the robot file is also the speed of one that names none, where the device takes

@@ -14,9 +14,6 @@ namespace {
 constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two looks
 constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
-constexpr int attempts = 3;                                     ///< at a hold or a release that is not confirmed
-constexpr int most_looks_at_a_stop = 20;
-constexpr int looks_until_it_is_told_again = 4;
 
 std::expected<void, Error> start(Driven& driven, const Goal& goal)
 {
@@ -107,12 +104,11 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
         // What does not follow must not be led on: it would leap when it comes free.
         if (std::abs(position_of(driven) - at) > units::rad(10.0) + *goal.speed_rad_s) {
             return held_after(
-                driven,
+                session, driven,
                 {.code = Errc::unsupported,
                  .detail = fmt::format("{} stays behind at {:.2f} deg and is told to hold; is something in "
                                        "its way?",
-                                       driven.device.name, units::deg(position_of(driven)))},
-                Otherwise::nothing);
+                                       driven.device.name, units::deg(position_of(driven)))});
         }
         if (is_last)
             return std::nullopt;
@@ -134,93 +130,6 @@ void show_state(const Words& words, const Driven& driven, Duration since_start)
             line += fmt::format("  {:>12}", cell);
     fmt::print("{}\n", line);
     std::fflush(stdout);
-}
-
-double position_of(const Driven& driven)
-{
-    return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
-}
-
-std::expected<void, Error> come_to_rest(Driven& driven, Otherwise otherwise)
-{
-    const Undisturbed undisturbed;
-    auto held = hold(driven);
-    for (int again = 1; !held && may_pass(held.error().code) && again < attempts; ++again)
-        held = hold(driven);
-    if (held || otherwise == Otherwise::nothing)
-        return held;
-    return let_go(driven);
-}
-
-std::expected<void, Error> let_go(Driven& driven)
-{
-    const Undisturbed undisturbed;
-    const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
-    if (!requests)
-        return std::unexpected(requests.error());
-    auto released = carry_out(driven, *requests);
-    for (int again = 1; !released && may_pass(released.error().code) && again < attempts; ++again)
-        released = carry_out(driven, *requests);
-    return released;
-}
-
-std::unexpected<Error> held_after(Driven& driven, Error why, Otherwise otherwise)
-{
-    if (const auto held = come_to_rest(driven, otherwise); !held)
-        why.detail +=
-            fmt::format("; and it did not confirm that it holds, so it may still turn: {}", held.error().detail);
-    return std::unexpected(std::move(why));
-}
-
-bool stands_still(Session& session, Driven& driven, Otherwise otherwise)
-{
-    const double flicker_rad = driven.driver->capabilities().position_step_rad;
-    std::optional<double> before;
-    for (int look = 1; look <= most_looks_at_a_stop && !interrupted(); ++look) {
-        const bool seen = read_state(driven, actuator::Depth::motion) && driven.state.position_rad;
-        if (seen && before && std::abs(*before - *driven.state.position_rad) <= flicker_rad)
-            return true;
-        before = seen ? std::optional<double>(*driven.state.position_rad) : std::nullopt;
-        if (look % looks_until_it_is_told_again == 0)
-            (void)come_to_rest(driven, otherwise);
-        for (const TimePoint next = session.clock().now() + step; !interrupted() && session.clock().now() < next;)
-            session.clock().wait({}, next);
-    }
-    return false;
-}
-
-Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
-{
-    using Stopped = robot::StoppedBus::Outcome;
-    const auto tell_guardian = [&](Stopped outcome) {
-        if (session.guardian() == nullptr || !session.guardian()->stop_asked())
-            return;
-        session.guardian()->stopped(0, outcome,
-                                    outcome == Stopped::failed ? "not confirmed by " + driven.device.name : "");
-        session.guardian()->stop_done();
-    };
-    if (was_suspension())
-        fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
-    if (session.guardian() != nullptr)
-        session.guardian()->stop_begun();
-    const Undisturbed undisturbed;
-    if (const auto held = come_to_rest(driven, otherwise); !held) {
-        tell_guardian(Stopped::failed);
-        return std::unexpected(held.error());
-    }
-    if (stands_still(session, driven, otherwise)) {
-        tell_guardian(Stopped::confirmed);
-        fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
-        return exit_interrupted;
-    }
-    tell_guardian(Stopped::failed);
-    if (!interrupted())
-        return fail(Errc::timeout,
-                    fmt::format("{} was told to hold, but was not seen to stand still; switch its supply "
-                                "off if it turns on",
-                                driven.device.name));
-    fmt::print(stderr, "It was told to hold; nobody waited for it to stand still.\n");
-    return exit_interrupted;
 }
 
 std::expected<Driven, Error> drive_and_read(Session& session, Device device)
@@ -257,7 +166,7 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
         if (code == Errc::stopped)
             return stop_here(session, driven);
         if (may_pass(code))
-            return held_after(driven, sent.error(), Otherwise::nothing);
+            return held_after(session, driven, sent.error());
         return std::unexpected(sent.error());
     }
     return follow(words, session, driven, goal, tolerance_rad, started);

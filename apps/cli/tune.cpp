@@ -36,6 +36,9 @@ std::expected<Trial, Error> trial_from(const Words& words)
     if (!length)
         return std::unexpected(length.error());
     trial.length = length->value_or(default_length);
+    if (const auto path = words.text("--plot"))
+        if (auto fine = check_picture(*path); !fine)
+            return std::unexpected(fine.error());
     for (const auto& word : words.all("--gain"))
         trial.gains.push_back(word);
     if (words.has("--keep") && trial.gains.empty())
@@ -59,7 +62,11 @@ Plot plot_of(const Device& device, const Trial& trial, const std::vector<StepSam
     return plot;
 }
 
-void show(const Words& words, const Device& device, const Trial& trial, const std::vector<StepSample>& samples)
+/// What became of the gains that were tried.
+enum class Kept { no, yes };
+
+void show(const Words& words, const Device& device, const Trial& trial, const std::vector<StepSample>& samples,
+          Kept kept)
 {
     const auto figures = figures_of(samples, trial.to_rad);
     if (words.json()) {
@@ -70,7 +77,7 @@ void show(const Words& words, const Device& device, const Trial& trial, const st
                             {"from_rad", samples.front().position_rad},
                             {"to_rad", trial.to_rad},
                             {"gains", std::move(gains)},
-                            {"kept", words.has("--keep")},
+                            {"kept", kept == Kept::yes},
                             {"samples", static_cast<std::int64_t>(samples.size())},
                             {"rise_time_s", figures.rise_time_s},
                             {"overshoot_percent", 100.0 * figures.overshoot},
@@ -113,7 +120,7 @@ Outcome step(const Words& words, Session& session, Driven& driven, const Trial& 
     if (interrupted())
         return stop_here(session, driven);
     if (!measured)
-        return held_after(driven, measured.error());
+        return held_after(session, driven, measured.error());
     samples = std::move(*measured);
     if (auto drawn = draw(words, driven.device, trial, samples); !drawn)
         return std::unexpected(drawn.error());
@@ -125,7 +132,7 @@ Outcome as_it_is(const Words& words, Session& session, Driven& driven, const Tri
     std::vector<StepSample> samples;
     const auto outcome = step(words, session, driven, trial, samples);
     if (outcome && *outcome == exit_done)
-        show(words, driven.device, trial, samples);
+        show(words, driven.device, trial, samples, Kept::no);
     return outcome;
 }
 
@@ -160,16 +167,17 @@ Outcome with_gains(const Words& words, Session& session, Driven& driven, const T
     const auto outcome = step(words, session, driven, trial, samples);
     if (outcome && *outcome == exit_done && words.has("--keep")) {
         const auto stored = gains->store(*driven.bus, driven.device);
+        // What was measured is true whether they could be kept or not.
+        show(words, driven.device, trial, samples, stored ? Kept::yes : Kept::no);
         if (!stored)
             return back_after(stored.error());
-        show(words, driven.device, trial, samples);
         fmt::print(stderr, "The gains are kept in flash.\n");
         return outcome;
     }
     if (auto back = set_back(*gains, driven); !back)
         return std::unexpected(back.error());
     if (outcome && *outcome == exit_done)
-        show(words, driven.device, trial, samples);
+        show(words, driven.device, trial, samples, Kept::no);
     return outcome;
 }
 

@@ -65,17 +65,15 @@ bool leaves_limits(const config::Joint* joint, double here, double before)
            (joint->position_min_rad.has_value() && here < *joint->position_min_rad && here < before);
 }
 
-/// No torque where holding is not possible: nothing may go on turning.
+/// With torque; without where holding is not possible, for nothing may go on turning.
 std::expected<void, Error> end_with_torque(Session& session, Driven& driven)
 {
-    const Undisturbed undisturbed;
-    auto held = come_to_rest(driven, Otherwise::release);
-    if (held && !stands_still(session, driven, Otherwise::release))
-        return fail(Errc::timeout,
-                    fmt::format("{} was told to hold, but was not seen to stand still; switch its supply "
-                                "off if it turns on",
-                                driven.device.name));
-    return held;
+    const auto rest = come_to_rest(session, driven, Otherwise::release);
+    if (!rest)
+        return std::unexpected(rest.error());
+    if (const auto says = says_of(driven, *rest); !says.empty())
+        fmt::print(stderr, "sinew: {}\n", says);
+    return {};
 }
 
 } // namespace
@@ -179,7 +177,7 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
     if (interrupted())
         return stop_here(session, driven, Otherwise::release);
     if (!done)
-        return held_after(driven, done.error(), Otherwise::release);
+        return held_after(session, driven, done.error(), Otherwise::release);
     const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : let_go(driven);
     return ended ? Outcome(exit_done) : std::unexpected(ended.error());
 }

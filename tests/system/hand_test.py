@@ -2,10 +2,14 @@
 import json
 import math
 import os
+import pty
 import re
+import select
 import signal
 import subprocess
 import tempfile
+import threading
+import tty
 import unittest
 import xml.etree.ElementTree
 
@@ -56,6 +60,69 @@ class Tune(unittest.TestCase):
         done = sinew("tune", "left_knee", "--to", "20deg", "--gain", "p=80", "--keep", *SIM, "--yes", "--json")
         self.assertTrue(json.loads(done.stdout)["kept"])
         self.assertIn("kept in flash", done.stderr)
+
+
+class Swallowed:
+    """A line to a simulated CAN bus on which frames of one kind go out and never arrive."""
+
+    def __init__(self, link, text):
+        self.theirs = os.open(link.split(":", 1)[1].split("?")[0], os.O_RDWR | os.O_NOCTTY)
+        self.ours, self.slave = pty.openpty()
+        for fd in (self.theirs, self.slave):
+            tty.setraw(fd)
+        self.text = text
+        self.count = 0
+        self.link = "slcan:" + os.ttyname(self.slave)
+        self.ends = os.pipe()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        line = b""
+        while True:
+            ready, _, _ = select.select([self.theirs, self.ours, self.ends[0]], [], [])
+            if self.ends[0] in ready:
+                return
+            if self.theirs in ready:
+                os.write(self.ours, os.read(self.theirs, 4096))
+            if self.ours in ready:
+                line += os.read(self.ours, 4096)
+                *whole, line = line.split(b"\r")
+                for one in whole:
+                    if self.text in one:
+                        self.count += 1
+                    else:
+                        os.write(self.theirs, one + b"\r")
+
+    def close(self):
+        os.write(self.ends[1], b"x")
+        self.thread.join()
+        for fd in (self.theirs, self.ours, self.slave, *self.ends):
+            os.close(fd)
+
+
+class Kept(unittest.TestCase):
+    def test_gains_that_cannot_be_stored_are_said_so_and_nothing_is_lost(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        line = Swallowed(sim.link["legs"], b"t142844")  # write-parameter-rom to id 2
+        self.addCleanup(line.close)
+        robot = [*sim.robot, "--link", f"legs={line.link}"]
+        gains = lambda: as_json("get", "left_knee", "parameter", "param_id=angle_pid", *robot)["readings"][0]["values"]  # noqa: E731
+        before = gains()
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "step.svg")
+            done = sinew("tune", "left_knee", "--to", "20deg", "--gain", "p=73", "--keep", "--for", "300ms", "--plot", path, *robot,
+                         "--yes", code=7)
+            self.assertTrue(os.path.exists(path))
+        self.assertEqual(line.count, 1)
+        self.assertRegex(done.stderr, r"^sinew: whether angle-pid of left_knee is in flash is not known: [^\n]+; the gains that were "
+                                      r"there before are in use again\n$")
+        self.assertIn("overshoot", done.stdout)
+        self.assertEqual(gains(), before)
+        done = sinew("tune", "left_knee", "--to", "0deg", "--gain", "p=73", "--keep", "--for", "300ms", *robot, "--yes", "--json",
+                     code=7)
+        self.assertFalse(json.loads(done.stdout)["kept"])
 
 
 class Turning(unittest.TestCase):
@@ -157,6 +224,23 @@ class Jog(unittest.TestCase):
         self.assertEqual(jog.end(), 0)
         self.assertIn("it holds at", jog.seen)
 
+    def test_what_it_prints_as_json_follows_the_keys(self):
+        with tempfile.TemporaryFile("w+") as out:
+            jog = Terminal("jog", "neck_yaw", *SIM, "--yes", "--json", "--speed", "30deg/s", stdout=out)
+            jog.read_until("q ends")
+            for _ in range(30):
+                jog.type("\033[C")
+                jog.wait(0.03)
+            jog.wait(0.5)
+            jog.type("q")
+            self.assertEqual(jog.end(), 0, jog.seen)
+            out.seek(0)
+            looks = [json.loads(line) for line in out]
+        self.assertEqual({look["direction"] for look in looks}, {0, 1})
+        self.assertEqual(looks[-1]["direction"], 0)
+        self.assertAlmostEqual(looks[-1]["speed_rad_s"], math.radians(30))
+        self.assertGreater(looks[-1]["position_rad"], looks[0]["position_rad"] + math.radians(3))
+
     def test_it_needs_a_terminal(self):
         self.assertIn("needs a terminal", sinew("jog", "neck_yaw", *SIM, "--yes", code=2).stderr)
         self.assertIn("may not turn faster", sinew("jog", "neck_yaw", *SIM, "--speed", "999deg/s", code=2).stderr)
@@ -227,13 +311,22 @@ class Snapshot(unittest.TestCase):
                 self.assertNotIn("robot_file", json.load(file))
             sinew("snapshot", *SIM, code=2)
 
+    def test_json_says_what_was_written_and_what_is_private_in_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "bug.json")
+            done = as_json("snapshot", *SIM, "--output", path, "--yes")
+            self.assertEqual(done, {"file": path, "private": ["robot_file", "links"], "buses": 3, "devices": 16, "silent": []})
+            done = as_json("snapshot", "elbow", *SIM, "--output", path, "--yes", "--no-private")
+            self.assertEqual(done, {"file": path, "private": ["links"], "buses": 1, "devices": 1, "silent": []})
+
     def test_who_does_not_answer_is_in_it_with_what_went_wrong(self):
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot, tempfile.TemporaryDirectory() as folder:
             with open(DEMO, encoding="utf-8") as file:
                 robot.write(file.read() + '[[sim.fault]]\nkind = "unplug"\njoint = "elbow"\n')
             robot.flush()
             path = os.path.join(folder, "bug.json")
-            sinew("snapshot", "elbow", "--robot", robot.name, "--sim", "--output", path, "--yes")
+            done = as_json("snapshot", "elbow", "--robot", robot.name, "--sim", "--output", path, "--yes")
+            self.assertEqual(done["silent"], ["elbow"])
             with open(path, encoding="utf-8") as file:
                 device = json.load(file)["devices"][0]
             self.assertEqual(device["state"]["error"]["code"], "timeout")
