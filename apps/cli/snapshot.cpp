@@ -9,6 +9,7 @@
 #include "sinew/base/bytes.hpp"
 #include "sinew/link/adapter.hpp"
 
+#include <algorithm>
 #include <deque>
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -55,8 +56,13 @@ Json settings_json(const config::DeviceEntry& entry)
     return out;
 }
 
+struct Described {
+    Json says;
+    bool answers = false;
+};
+
 /// One device, as far as it answers: what is wrong with it is what the snapshot is for.
-Json device_json(Session& session, const Device& device)
+Described describe(Session& session, const Device& device)
 {
     Json out = Json::object({{"name", device.name},
                              {"family", device.family->name},
@@ -66,25 +72,34 @@ Json device_json(Session& session, const Device& device)
     auto driven = drive(session, device);
     if (!driven) {
         out.set("error", error_json(driven.error()));
-        return out;
+        return {std::move(out)};
     }
     out.set("model", driven->device.model());
     out.set("profile", driven->device.line().name);
-    if (auto read = read_state(*driven, actuator::Depth::full); !read)
+    const auto read = read_state(*driven, actuator::Depth::full);
+    if (!read)
         out.set("state", Json::object({{"error", error_json(read.error())}}));
     else
         out.set("state", state_json(*driven, {}));
     const auto entry = read_entry(*driven->bus, driven->device);
     out.set("settings", entry ? settings_json(*entry) : Json::object({{"error", error_json(entry.error())}}));
-    return out;
+    return {std::move(out), read.has_value()};
+}
+
+std::optional<link::Adapter> adapter_of(const std::string& link)
+{
+    const auto uri = link::parse_uri(link);
+    if (!uri || (uri->scheme != "serial" && uri->scheme != "rs485" && uri->scheme != "slcan"))
+        return std::nullopt;
+    return link::look_at_adapter(uri->target);
 }
 
 Json adapter_json(const std::string& link, bool with_private)
 {
-    const auto uri = link::parse_uri(link);
-    if (!uri || (uri->scheme != "serial" && uri->scheme != "rs485" && uri->scheme != "slcan"))
+    const auto found = adapter_of(link);
+    if (!found)
         return {};
-    const auto adapter = link::look_at_adapter(uri->target);
+    const auto& adapter = *found;
     Json out = Json::object({{"driver", adapter.driver}, {"is_there", adapter.is_there}});
     if (adapter.latency_timer_ms)
         out.set("latency_timer_ms", *adapter.latency_timer_ms);
@@ -137,6 +152,22 @@ std::string what_is_private(const Words& words, const std::string& path)
     return out;
 }
 
+/// What is in it that its sender may want to look at first.
+Json private_json(const std::vector<Device>& devices, bool has_robot_file, bool with_private)
+{
+    Json out = Json::array();
+    if (has_robot_file)
+        out.add("robot_file");
+    const auto names_itself = [](const Device& device) {
+        const auto adapter = adapter_of(device.link);
+        return adapter && !(adapter->serial_number.empty() && adapter->by_id.empty());
+    };
+    if (with_private && std::ranges::any_of(devices, names_itself))
+        out.add("serial_numbers");
+    out.add("links");
+    return out;
+}
+
 Outcome run(const Words& words)
 {
     const auto path = words.text("--output");
@@ -158,12 +189,15 @@ Outcome run(const Words& words)
     std::map<bus::Bus*, Frames> frames; // outlives the buses that show theirs to it
     Session session;
     const TimePoint begin = session.clock().now();
-    Json all = Json::array();
+    Json all = Json::array(), silent = Json::array();
     for (const auto& device : *devices) {
         progress(fmt::format("Reading {}", device.name));
         if (const auto bus = session.bus_of(device); bus && !frames.contains(*bus))
             (*bus)->set_tap([&into = frames[*bus]](const bus::Tapped& seen) { keep(into, seen); });
-        all.add(device_json(session, device));
+        auto described = describe(session, device);
+        all.add(std::move(described.says));
+        if (!described.answers)
+            silent.add(device.name);
     }
     end_progress();
     Json buses = Json::array();
@@ -179,6 +213,12 @@ Outcome run(const Words& words)
         return std::unexpected(written.error());
     if (auto kept = file->keep(); !kept)
         return std::unexpected(kept.error());
+    if (words.json())
+        print(Json::object({{"file", *path},
+                            {"private", private_json(*devices, robot && with_private, with_private)},
+                            {"buses", static_cast<std::int64_t>(frames.size())},
+                            {"devices", static_cast<std::int64_t>(devices->size())},
+                            {"silent", std::move(silent)}}));
     fmt::print(stderr, "{} is written; read it before you send it to anybody.\n", *path);
     return exit_done;
 }
@@ -194,7 +234,8 @@ Verb snapshot_verb()
         .options =
             with_device_options({{"--output", "FILE", "the file, as JSON"},
                                  {"--no-private", "", "without the robot file and the serial numbers of adapters"},
-                                 yes_option}),
+                                 yes_option,
+                                 {"--json", "", "print what was written, and what is private in it"}}),
         .examples = {{"sinew snapshot --robot arm.toml --output bug.json", "says what is private in it, and asks"},
                      {"sinew snapshot elbow --robot arm.toml --sim --output bug.json --yes", "one joint, simulated"}},
         .run = run,
