@@ -45,7 +45,7 @@ public:
     std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
     {
         const bool has_room = clock_.now() >= clock_.has_room || ++tries > 1000;
-        const std::size_t room = has_room ? bytes.size() : written.empty() ? 2 : 0;
+        const std::size_t room = has_room ? bytes.size() : written.empty() ? first_part : 0;
         written.insert(written.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(room));
         return room;
     }
@@ -56,6 +56,7 @@ public:
 
     std::vector<std::uint8_t> written;
     int tries = 0; ///< without room
+    std::size_t first_part = 2;
 
 private:
     WakingClock& clock_;
@@ -71,7 +72,7 @@ protected:
         bus_.set_stop({&stop_, 1});
         bus_.start({&set_, 1}, {&result_, 1});
         EXPECT_FALSE(drive({&self_, 1}, clock_.now() + 1ms));
-        ASSERT_EQ(link_.written.size(), 2U);
+        ASSERT_EQ(link_.written.size(), link_.first_part);
         link_.tries = 0;
     }
 
@@ -125,6 +126,23 @@ TEST_F(BusHalfFrame, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
     Result next_result;
     bus_.start({&next, 1}, {&next_result, 1});
     EXPECT_EQ(result_.error.code, Errc::stopped);
+    EXPECT_TRUE(drive({&self_, 1}));
+    EXPECT_TRUE(next_result.good);
+    expect_written({set_, next});
+}
+
+/// The same where it took only one byte.
+class BusFirstByte : public BusHalfFrame
+{
+protected:
+    BusFirstByte() { link_.first_part = 1; }
+};
+
+TEST_F(BusFirstByte, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
+{
+    const wire::Request next = unanswered(7);
+    Result next_result;
+    bus_.start({&next, 1}, {&next_result, 1});
     EXPECT_TRUE(drive({&self_, 1}));
     EXPECT_TRUE(next_result.good);
     expect_written({set_, next});

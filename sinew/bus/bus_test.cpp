@@ -137,6 +137,19 @@ TEST(Bus, RefusesAMessageThatTheFirmwareLineDoesNotListAndSendsNothing)
     EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
 }
 
+TEST(Bus, KnowsNothingOfAnIdThatNoDeviceCanHave)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    static constexpr wire::Profile line{.name = "line"};
+    for (const int id : {-1, 0, 255, 256})
+        rig.bus->set_device(id, {.line = &line});
+    EXPECT_EQ(rig.bus->device(0).line, &line);
+    EXPECT_EQ(rig.bus->device(255).line, &line);
+    EXPECT_EQ(rig.bus->device(-1).line, nullptr);
+    EXPECT_EQ(rig.bus->device(256).line, nullptr);
+}
+
 TEST(Bus, RefusesAnIdThatTheFamilyDoesNotHaveAndSendsNothing)
 {
     JumpingClock clock;

@@ -63,6 +63,40 @@ TEST(ConversationTime, AnAnswerThatWasNotAskedForMayStillComeAndMakesTheNextOneD
     EXPECT_FALSE(result.possibly_older);
 }
 
+TEST(ConversationTime, ADoubtfulAnswerTeachesNothing)
+{
+    constexpr Line line{.can = false, .bit_rate = 100'000};
+    Conversation conversation(framed, line, settings);
+    const auto read = *wire::make_request(3, fake::Read{});
+    Result result;
+    TimePoint now{1s};
+    const auto ask = [&] {
+        conversation.begin({&read, 1}, {&result, 1});
+        EXPECT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+    };
+    const auto answer = [&](Duration late) {
+        now = result.due + late;
+        conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 1, 0}, now);
+        EXPECT_TRUE(conversation.next(now).done);
+    };
+    for (int i = 0; i < 20; ++i) {
+        ask();
+        answer(0us);
+    }
+    ASSERT_EQ(conversation.margin(), settings.margin_least);
+    conversation.distrust(now);
+    ask();
+    answer(900us);
+    EXPECT_TRUE(result.possibly_older);
+    EXPECT_EQ(conversation.margin(), settings.margin_least);
+    now += 2 * settings.late_max;
+    ask();
+    answer(900us);
+    EXPECT_FALSE(result.possibly_older);
+    EXPECT_EQ(conversation.margin(), 1800us);
+}
+
 TEST(ConversationTime, AnAnswerInAFrameNeedsNoSecondOneToBeBelieved)
 {
     constexpr Line line{.can = false, .bit_rate = 100'000};

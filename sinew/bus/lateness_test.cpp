@@ -1,6 +1,6 @@
 #include "sinew/bus/lateness.hpp"
 
-#include "sinew/bus/fake_family.hpp"
+#include "sinew/bus/fake_unusual.hpp"
 
 #include <gtest/gtest.h>
 
@@ -79,6 +79,26 @@ TEST(Lateness, WhatAnotherDeviceOrMessageOwesMakesNoAnswerDoubtful)
     EXPECT_FALSE(lateness.may_be_older(ask(4, fake::Read{}), start, own));
     EXPECT_FALSE(lateness.may_be_older(ask(3, fake::Set{}), start, own));
     EXPECT_TRUE(lateness.may_be_older(ask(3, fake::Read{}), start, own));
+}
+
+TEST(Lateness, AnAnswerThatLooksLikeThatOfAnotherMessageIsDoubtful)
+{
+    Lateness lateness;
+    lateness.owe(ask(3, fake::Read{}), end);
+    EXPECT_TRUE(lateness.may_be_older(ask(3, fake::ReadToo{}), start, own));
+    EXPECT_FALSE(lateness.may_be_older(ask(4, fake::ReadToo{}), start, own));
+    EXPECT_FALSE(lateness.may_be_older(ask(3, fake::ReadMore{}), start, own)) << "it is longer";
+}
+
+TEST(Lateness, WhatAllMotorsAnswerIsLikeWhatEachOfThemDoes)
+{
+    Lateness of_all;
+    of_all.owe(ask(0, fake::ReadAll{}), end);
+    EXPECT_TRUE(of_all.may_be_older(ask(4, fake::CanRead{}), start, own));
+    Lateness of_one;
+    of_one.owe(ask(4, fake::CanRead{}), end);
+    EXPECT_TRUE(of_one.may_be_older(ask(0, fake::ReadAll{}), start, own));
+    EXPECT_FALSE(of_one.may_be_older(ask(5, fake::CanRead{}), start, own));
 }
 
 TEST(Lateness, TheOwnAnswerOfADoubtfulOneIsOwedInItsPlace)

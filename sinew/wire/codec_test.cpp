@@ -68,6 +68,7 @@ TEST(Codec, EncodesEveryMessageAsItIsWrittenDown)
     expect_encoded(encode_request(1, fake::Edges{.low = 10, .high = 90}), fake::edges);
     expect_encoded(encode_request(1, fake::Edges{.low = 10, .high = 90}, fake::edges_crossed.options),
                    fake::edges_crossed);
+    expect_encoded(encode_request(1, fake::Edges{.low = 10, .high = 90}, {.bits = fake::other_answer}), fake::edges);
     expect_encoded(encode_reply<fake::Edges>(1, Nothing{}), fake::edges_reply);
     expect_encoded(encode_reply<fake::Edges>(1, Nothing{}, {.bits = fake::other_answer}), fake::edges_other_reply);
     expect_encoded(encode_request(77, fake::Everybody{9}), fake::everybody_asked);

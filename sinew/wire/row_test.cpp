@@ -220,7 +220,7 @@ constexpr int plain_opcodes[] = {1, 2, 3, 2, -1, -1};
 template <std::size_t Tag>
 consteval auto row_of(const Plain<Tag>*)
 {
-    return message<Plain<Tag>, Nothing>({.name = plain_names[Tag], .opcode = plain_opcodes[Tag]},
+    return message<Plain<Tag>, Nothing>({.name = plain_names[Tag], .opcode = plain_opcodes[Tag], .reply_opcode = 0},
                                         side<Plain<Tag>>(fake::bare, 1, reserved("free", 0)), no_side);
 }
 
@@ -234,6 +234,24 @@ TEST(Catalogue, IsRefusedWhereTwoMessagesHaveOneNameOrOpcode)
     EXPECT_FALSE((is_catalogue<Plain<0>, Plain<1>, Plain<3>>)) << "one opcode";
     EXPECT_FALSE((is_catalogue<Plain<1>, Plain<1>>));
     EXPECT_TRUE((is_catalogue<Plain<0>, Plain<4>, Plain<5>>)) << "none is no opcode";
+}
+
+TEST(Message, IsAHarmlessReadOfOneDeviceUnlessItsRowSaysOtherwise)
+{
+    const Info& look = info_of<fake::Look>.info;
+    EXPECT_EQ(look.access, Access::read);
+    EXPECT_FALSE(look.moves);
+    EXPECT_FALSE(look.relative);
+    EXPECT_FALSE(look.answered_as_command);
+    EXPECT_FALSE(look.broadcast);
+    EXPECT_EQ(info_of<fake::Steps>.info.access, Access::flash);
+    EXPECT_TRUE(info_of<fake::Steps>.info.broadcast);
+}
+
+TEST(Side, AnOpcodeMayBeZero)
+{
+    EXPECT_EQ(row<Plain<0>>.info.reply_opcode, 0);
+    EXPECT_EQ(row<fake::Look>.info.reply_opcode, 0x22) << "as the request where none is said";
 }
 
 TEST(Catalogue, HoldsItsMessagesInTheirOrder)

@@ -21,6 +21,12 @@ TEST(Values, EncodesEveryMessageAsItIsWrittenDown)
     }
 }
 
+TEST(Values, TheOtherOpcodeIsOneOfReplies)
+{
+    const Options other{.bits = fake::other_answer};
+    EXPECT_EQ(*encode(info_of<fake::Edges>, Direction::request, 1, fake::edges.values(), other), fake::edges.frame());
+}
+
 TEST(Values, DecodesEveryMessage)
 {
     for (const Vector* v : fake::all_vectors) {
