@@ -111,14 +111,6 @@ class Completion(unittest.TestCase):
         self.assertEqual(words("nonsense", "x"), [])
         self.assertEqual(words("decode", ""), [])
 
-    @unittest.skipUnless(shutil.which("bash"), "there is no bash")
-    def test_bash_takes_it(self):
-        script = sinew("completion", "bash").stdout
-        asked = script + '\nCOMP_WORDS=(sinew move elb); COMP_CWORD=2; _sinew 2>/dev/null; echo "${COMPREPLY[@]}"\n'
-        done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, cwd=SOURCE,
-                              env=environment(SINEW_ROBOT=DEMO, PATH=os.path.dirname(SINEW) + ":" + os.environ["PATH"]))
-        self.assertEqual(done.stdout.strip(), "elbow", done.stderr)
-
     # What is typed, and a word that a shell then offers.
     TYPED = (("sinew rest", "restore"), ("sinew motion a", "assemble"), ("sinew move elb", "elbow"), ("sinew bus wai", "waist"),
              ("sinew get elbow input-v", "input-voltage"), ("sinew send left_knee speed-closed-loop-", None),
@@ -127,6 +119,15 @@ class Completion(unittest.TestCase):
     def at_home(self, folder):
         return environment(SINEW_ROBOT=DEMO, HOME=folder, XDG_CONFIG_HOME=folder, XDG_DATA_HOME=folder, TERM="dumb",
                            PATH=os.path.dirname(SINEW) + ":" + os.environ["PATH"])
+
+    @unittest.skipUnless(shutil.which("bash"), "there is no bash here")
+    def test_bash_completes_verbs_joints_devices_and_messages(self):
+        script = sinew("completion", "bash").stdout
+        with tempfile.TemporaryDirectory() as folder:
+            for typed, word in self.TYPED:
+                asked = f'{script}\nCOMP_WORDS=({typed}); COMP_CWORD={len(typed.split()) - 1}; _sinew; echo "${{COMPREPLY[@]}}"'
+                done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, cwd=folder, env=self.at_home(folder))
+                self.assertEqual(done.stdout.strip(), word or "", f"{typed}: {done.stderr}")
 
     @unittest.skipUnless(shutil.which("fish"), "there is no fish here; tools/setup test installs it")
     def test_fish_completes_verbs_joints_devices_and_messages(self):
