@@ -1,6 +1,7 @@
 #include "apps/cli/home_stop.hpp"
 
 #include "sinew/base/units.hpp"
+#include "sinew/robot/mounting.hpp"
 #include "sinew/robot/stop_search.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +17,7 @@ void count_from_stop(Device& device, double actuator_rad)
 {
     auto file = std::make_shared<config::RobotFile>(*device.file);
     auto& joint = file->joints[static_cast<std::size_t>(device.joint - device.file->joints.data())];
-    joint.zero_rad = actuator_rad - joint.home.position_rad * joint.direction * joint.ratio;
+    joint.zero_rad = robot::Mounting::of(joint).zero_rad_at(actuator_rad, joint.home.position_rad);
     device.joint = &joint;
     device.file = std::move(file);
 }

@@ -34,7 +34,7 @@ void Joint::begin_search()
 void Joint::end_search(bool found)
 {
     if (found && raw_.position_rad) {
-        mounting_.zero_rad = *raw_.position_rad - file().home.position_rad * mounting_.direction * mounting_.ratio;
+        mounting_.zero_rad = mounting_.zero_rad_at(*raw_.position_rad, file().home.position_rad);
         state_ = mounting_.to_joint(raw_, driver_->capabilities().current_has_sign);
         can_ = mounting_.to_joint(driver_->capabilities());
         referenced_ = true;

@@ -16,6 +16,11 @@ struct Mounting {
 
     double to_joint(double actuator_rad) const { return (actuator_rad - zero_rad) / (direction * ratio); }
     double to_joint_velocity(double actuator_rad_s) const { return actuator_rad_s / (direction * ratio); }
+    /// The zero by which the actuator is here where the joint is there.
+    double zero_rad_at(double actuator_rad, double joint_rad) const
+    {
+        return actuator_rad - joint_rad * direction * ratio;
+    }
     double to_actuator(double joint_rad) const { return zero_rad + joint_rad * direction * ratio; }
     actuator::Command to_actuator(const actuator::Command& command) const;
     /// `signed_current`: the device measures it with a sign.

@@ -198,6 +198,7 @@ TEST(Mounting, GoesThereAndBack)
 {
     const Mounting mounting{.direction = -1.0, .ratio = 2.5, .zero_rad = 0.7};
     EXPECT_NEAR(mounting.to_joint(mounting.to_actuator(0.4)), 0.4, 1e-12);
+    EXPECT_NEAR(mounting.zero_rad_at(mounting.to_actuator(0.4), 0.4), mounting.zero_rad, 1e-12);
     const Command torque = mounting.to_actuator(Command{.mode = Mode::torque, .torque_nm = 5.0});
     EXPECT_NEAR(*torque.torque_nm, -2.0, 1e-12) << "the gear does the rest";
     const Command limit =
