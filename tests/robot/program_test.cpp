@@ -192,7 +192,9 @@ private:
                 rig_.simulator->world().find_device(joint)->power_cycle();
                 started_afresh_[std::string(joint)] = true;
             } else {
-                rig_.inject(random_.one_in(2) ? sim::FaultKind::stuck_gear : sim::FaultKind::hot_motor, joint, 0.1);
+                const bool is_hot = !random_.one_in(2);
+                rig_.inject(is_hot ? sim::FaultKind::hot_motor : sim::FaultKind::stuck_gear, joint, 0.1);
+                heated_[std::string(joint)] |= is_hot;
             }
             return;
         }
@@ -265,7 +267,12 @@ private:
                 continue; // a device that cannot be reached goes on
             // Nobody reaches a device while it starts.
             const Duration start = started_afresh_[joint.name()] ? 200ms : 0ms;
-            const double seconds_to_stop = 2.0 * seconds(gap_ + 5ms) + seconds(150ms) / 2.0 + seconds(start);
+            // A SAM that is too hot coasts from then on, and says so only when it is read wholly: every 0.5 s, and then
+            // in turn with the other one of its bus, each in a cycle of its own.
+            const bool coasts = heated_[joint.name()] && joint.family().name == "sam";
+            const Duration until_known = coasts ? 500ms + 2 * (gap_ + 5ms) : Duration{};
+            const double seconds_to_stop =
+                2.0 * seconds(gap_ + 5ms) + seconds(150ms) / 2.0 + seconds(start) + seconds(until_known);
             const double most = fastest * seconds_to_stop + units::rad(1.0);
             const double at = rig_.truth_rad(joint);
             if (at < *joint.limits().position_low_rad - most || at > *joint.limits().position_high_rad + most)
@@ -299,7 +306,7 @@ private:
     std::string unplugged_;
     Duration gap_{};
     std::map<std::string, double> fastest_;
-    std::map<std::string, bool> started_afresh_;
+    std::map<std::string, bool> started_afresh_, heated_;
 };
 
 TEST(Program, NothingBeyondALimitLeavesTheHostAndNoShaftGoesFurtherThanItNeedsToStop)

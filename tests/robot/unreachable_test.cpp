@@ -49,6 +49,17 @@ void command_all(Rig& rig, const Command& command)
         ASSERT_EQ(said(joint.set(command)), "");
 }
 
+/// How far away a joint is when somebody has pushed it and let go.
+double pushed_by_deg(Rig& rig, const char* joint, double torque_nm)
+{
+    const double before = rig.truth_rad(joint);
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = joint, .for_s = 1.0};
+    push.torque_nm = torque_nm;
+    rig.simulator->world().inject(push);
+    rig.simulator->clock().wait({}, rig.now() + 1500ms);
+    return units::deg(std::abs(rig.truth_rad(joint) - before));
+}
+
 TEST(Unreachable, ADeviceGoesToItsLastTargetAndHoldsIt)
 {
     Rig rig(file_of(three));
@@ -60,14 +71,8 @@ TEST(Unreachable, ADeviceGoesToItsLastTargetAndHoldsIt)
     EXPECT_NEAR(units::deg(rig.truth_rad("sam")), 30.0, 2.0);
     EXPECT_NEAR(units::deg(rig.truth_rad("nuri")), 60.0, 0.5);
     EXPECT_NEAR(units::deg(rig.truth_rad("rmd")), 60.0, 0.5);
-    for (const auto* joint : {"sam", "nuri", "rmd"}) {
-        const double at = rig.truth_rad(joint);
-        sim::Fault push{.kind = sim::FaultKind::push, .joint = joint, .for_s = 1.0};
-        push.torque_nm = 0.2;
-        rig.simulator->world().inject(push);
-        rig.simulator->clock().wait({}, rig.now() + 1500ms);
-        EXPECT_NEAR(units::deg(rig.truth_rad(joint)), units::deg(at), 0.5) << joint << " holds";
-    }
+    for (const auto* joint : {"sam", "nuri", "rmd"})
+        EXPECT_NEAR(pushed_by_deg(rig, joint, 0.2), 0.0, 0.5) << joint << " holds";
 }
 
 TEST(Unreachable, ADeviceThatTurnsTurnsOnWithoutEnd)
@@ -99,8 +104,10 @@ TEST(Unreachable, ADeviceThatWasReleasedStaysFree)
     command_all(rig, {.mode = Mode::release});
     ASSERT_EQ(said(rig.run(500ms)), "");
     cut(rig, 1s);
-    for (const auto* joint : {"sam", "nuri", "rmd"})
+    for (const auto* joint : {"sam", "nuri", "rmd"}) {
         EXPECT_EQ(rig.simulator->world().look(joint)->current_a, 0.0) << joint;
+        EXPECT_GT(pushed_by_deg(rig, joint, 2.0), 5.0) << joint << " comes back to where it was";
+    }
 }
 
 /// The supply is gone with the cable, and what a device was told with it.

@@ -2,6 +2,7 @@
 #include "sinew/wire/values.hpp"
 #include "tests/robot/rig.hpp"
 
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <string>
@@ -54,7 +55,11 @@ private:
             const auto said = wire::decode(*message, wire::Direction::request, frame, options_of(joint.device()));
             ASSERT_TRUE(said.has_value());
             is_stop_ = is_of_stop(bus, frame);
+            const std::size_t places = places_;
             look(joint, message->name(), said->values, cycle_at_);
+            // Whatever else it is told takes it away from where it was sent.
+            if (places == places_ && message->info.access != wire::Access::read)
+                placed_.erase(&joint);
         }
     }
 
@@ -143,9 +148,12 @@ private:
     void place(Joint& joint, double actuator_rad, double step)
     {
         ++motions_;
+        ++places_;
         const double position = Mounting::of(joint.file()).to_joint(actuator_rad);
         const double beyond = beyond_rad(joint, position);
-        const double before = std::exchange(placed_[&joint], position);
+        const auto known = placed_.find(&joint);
+        const double before = known != placed_.end() ? known->second : std::nan("");
+        placed_[&joint] = position;
         const bool stands = may_be_anywhere(joint) && apart(joint, position) < units::rad(30);
         if (beyond > step && !stands && !leads_back(joint, position, before, step))
             complain(joint, "position", units::deg(position));
@@ -161,7 +169,7 @@ private:
     }
 
     /// From beyond a limit a joint may be sent back, a part of the way, too: no further out than it stands, stood when
-    /// it was measured, or was sent before.
+    /// it was measured, or was sent just before (NaN: nowhere).
     bool leads_back(const Joint& joint, double position_rad, double before_rad, double step) const
     {
         const bool is_low = joint.limits().position_low_rad && position_rad < *joint.limits().position_low_rad;
@@ -209,7 +217,8 @@ private:
     TimePoint cycle_at_{};
     bool is_stop_ = false;
     std::map<const Joint*, Target> targets_;
-    std::map<const Joint*, double> placed_;
+    std::map<const Joint*, double> placed_; ///< by its last command, where that was a place
+    std::size_t places_ = 0;
     std::vector<std::string> complaints_;
     std::size_t motions_ = 0;
 };
