@@ -77,7 +77,7 @@ std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Wor
     const auto all = links_of(file, options);
     catch_suspension();
     if (std::ranges::none_of(all, is_simulated)) {
-        auto guardian = robot::Guardian::start();
+        auto guardian = start_guardian();
         if (!guardian)
             return std::unexpected(guardian.error());
         options.guardian = &out->guardian_.emplace(std::move(*guardian));

@@ -16,8 +16,8 @@ std::vector<Option> with_robot_options(std::vector<Option> before);
 /// The robot file that the options name. `bad_argument` where they name none.
 std::expected<config::RobotFile, Error> robot_file(const Words& words);
 
-/// A whole robot for one run of the command: its links, its time, and a guardian that stops it when the command dies. A
-/// robot that is simulated in here has none, for nothing outlives its program.
+/// A whole robot for one run of the command: its links, its time, and a guardian that stops it when the command dies or
+/// hangs. A robot that is simulated in here has none, for nothing outlives its program.
 class RobotSession
 {
 public:

@@ -1,6 +1,7 @@
 #include "apps/cli/session.hpp"
 
 #include "sinew/family/drivers.hpp"
+#include "sinew/robot/hold_unseen.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -22,6 +23,15 @@ std::expected<bus::Settings, Error> bus_settings()
     return settings;
 }
 
+std::expected<robot::Guardian, Error> start_guardian()
+{
+    const auto settings = bus_settings();
+    if (!settings)
+        return std::unexpected(settings.error());
+    // Also for a program that is stopped by a signal that nobody can catch; far longer than any wait of its own.
+    return robot::Guardian::start({.patience = std::chrono::seconds(3) + 4 * settings->margin_most});
+}
+
 Session::Session() : links_(link::Links::system())
 {
     sim::add(links_, worlds_);
@@ -34,11 +44,7 @@ std::expected<void, Error> Session::guard(const Device& device)
     catch_suspension();
     if (guardian_ || record::is_replay(device.link) || sim::is_simulated(device.link))
         return {};
-    // Also for a program that is stopped by a signal that nobody can catch; far longer than any wait of its own.
-    const auto settings = bus_settings();
-    if (!settings)
-        return std::unexpected(settings.error());
-    auto guardian = robot::Guardian::start({.patience = std::chrono::seconds(3) + 4 * settings->margin_most});
+    auto guardian = start_guardian();
     if (!guardian)
         return std::unexpected(guardian.error());
     guardian_.emplace(std::move(*guardian));
@@ -64,7 +70,8 @@ void Session::heed_guardian()
 }
 
 MotionGuard::MotionGuard(robot::Guardian& guardian, const Device& device)
-    : guardian_(guardian), stopper_(make_driver(*device.spec)), link_(fmt::format("{}#{}", device.link, device.id))
+    : guardian_(guardian), stopper_(make_driver(*device.spec)), stop_{.mode = robot::hold_unseen(*stopper_)},
+      link_(fmt::format("{}#{}", device.link, device.id))
 {
 }
 
@@ -77,17 +84,15 @@ std::expected<void, Error> MotionGuard::update(Driven& driven)
         known_.reset();
         return {};
     }
-    auto requests = stopper_->plan({.mode = actuator::Mode::hold}, {});
-    // One that needs a place to hold would leap back to it when this program hangs and the place is old.
-    if (!requests)
-        requests = stopper_->plan({.mode = actuator::Mode::brake}, {});
+    const auto requests = stopper_->plan(stop_, {});
     if (!requests)
         return std::unexpected(requests.error());
+    const robot::StopFrames frames{.seen = requests->all(), .unseen = requests->all()};
     if (known_ == driven.bus->losses()) {
-        guardian_.update(0, driven.bus->link(), requests->all());
+        guardian_.update(0, driven.bus->link(), frames);
         return {};
     }
-    auto watched = guardian_.watch(0, link_, driven.bus->link(), requests->all());
+    auto watched = guardian_.watch(0, link_, driven.bus->link(), frames);
     if (watched)
         known_ = driven.bus->losses();
     return watched;
@@ -206,8 +211,9 @@ std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
         return std::unexpected(requests.error());
     // What this look does not measure is not known: an older speed beside a new position belongs to no moment.
     driven.state = {};
-    auto read = carry_out(driven, *requests);
-    return read && driven.guard ? driven.guard->update(driven) : read;
+    const auto read = carry_out(driven, *requests);
+    const auto kept = driven.guard ? driven.guard->update(driven) : read;
+    return read ? kept : read;
 }
 
 bool may_pass(Errc code)

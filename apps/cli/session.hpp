@@ -83,6 +83,8 @@ std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
 std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices);
 /// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
 std::expected<bus::Settings, Error> bus_settings();
+/// For a command that moves something; before threads and links. It also stops one that hangs.
+std::expected<robot::Guardian, Error> start_guardian();
 
 /// The robot file that the options or the environment name.
 std::optional<std::string> robot_path(const Words& words);
@@ -95,18 +97,21 @@ std::expected<void, Error> find_model(Device& device, bus::Bus& bus);
 
 struct Driven;
 
-/// What the guardian would send to one device: to hold, or to brake where that needs a place. It answers for this
-/// device alone, and the name of its link says so: what is behind its # is the id. One device of a session at a time.
+/// What the guardian would send to one device: to hold, or to brake where that needs a place, which may be old when
+/// this program has died. It answers for this device alone, and the name of its link says so: what is behind its # is
+/// the id. One device of a session at a time.
 class MotionGuard
 {
 public:
     MotionGuard(robot::Guardian& guardian, const Device& device);
-    /// After every look, and once before anything moves. An error where the guardian cannot reach the link.
+    /// After every look, also one that failed, and once before anything moves. An error where the guardian cannot reach
+    /// the link. One that is lost is let go there too, so that its adapter may come back under its name.
     std::expected<void, Error> update(Driven& driven);
 
 private:
     robot::Guardian& guardian_;
     std::unique_ptr<actuator::Driver> stopper_; ///< the one that drives must not take what was never sent for sent
+    actuator::Command stop_;
     std::string link_;
     std::optional<std::uint64_t> known_; ///< losses of the link when it was handed over
 };

@@ -58,7 +58,7 @@ private:
     // stop.cpp
     void send_stop();
     void verify(std::vector<Stopped>& outcomes);
-    bool ask_again(std::vector<Stopped>& outcomes, bool command);
+    bool ask_again(std::vector<Stopped>& outcomes, bool command, bool gives_up);
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);
     std::expected<void, Error> hand_over();

@@ -156,7 +156,7 @@ std::expected<void, Error> Core::compare_models()
 std::expected<void, Error> Core::switch_all_on()
 {
     for (int turn = 0; turn < 2; ++turn) {
-        const auto hold = [](Joint& joint) { return joint.driver_->plan({.mode = Mode::hold}, joint.raw_); };
+        const auto hold = [](Joint& joint) { return joint.driver_->plan({.mode = joint.holding(false)}, joint.raw_); };
         if (auto done = exchange_all("it was told to hold", hold); !done)
             return done;
         if (auto done = exchange_all("it was switched on", [](Joint& j) { return plan_switch_on(j.device()); }); !done)

@@ -67,8 +67,9 @@ std::uint8_t spell(const link::AnyLink& link, const wire::Frame& frame,
 {
     if (const auto* can = std::get_if<std::unique_ptr<link::CanLink>>(&link))
         return static_cast<std::uint8_t>((*can)->spell(frame, into));
-    std::ranges::copy(frame.bytes(), into.begin());
-    return frame.size;
+    const auto bytes = frame.bytes().first(std::min(frame.bytes().size(), into.size()));
+    std::ranges::copy(bytes, into.begin());
+    return static_cast<std::uint8_t>(bytes.size());
 }
 
 /// Adapters on USB take a frame at a time; behind any line an answer must not meet the next frame.
@@ -80,17 +81,24 @@ std::uint32_t pause_us(const link::AnyLink& link, const wire::Request& request)
     return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::microseconds>(time).count());
 }
 
-void write_pieces(Bus& bus, const link::AnyLink& link, std::span<const wire::Request> stop)
+void write_pieces(Pieces& pieces, const link::AnyLink& link, std::span<const wire::Request> stop)
 {
-    const std::uint32_t next = 1 - bus.current.load(std::memory_order_relaxed);
-    Pieces& pieces = bus.pieces[next];
-    pieces.count = 0;
-    for (const auto& request : stop.first(std::min(stop.size(), most_pieces))) {
-        Piece& piece = pieces.all[pieces.count++];
-        piece.size = spell(link, request.frame, piece.bytes);
-        piece.pause_us = pause_us(link, request);
+    const std::size_t count = std::min(stop.size(), most_pieces);
+    for (std::size_t i = 0; i < count; ++i) {
+        pieces.all[i].size = spell(link, stop[i].frame, pieces.all[i].bytes);
+        pieces.all[i].pause_us = pause_us(link, stop[i]);
     }
-    bus.current.store(next, std::memory_order_release);
+    pieces.count = static_cast<std::uint32_t>(count);
+}
+
+void write_stop(Bus& bus, const link::AnyLink& link, const StopFrames& frames)
+{
+    const bool is_first = bus.current.load(std::memory_order_relaxed) != 0;
+    Stop& stop = is_first ? bus.stops.front() : bus.stops.back();
+    stop.written_ns = Duration(std::chrono::steady_clock::now().time_since_epoch()).count();
+    write_pieces(stop.seen, link, frames.seen);
+    write_pieces(stop.unseen, link, frames.unseen);
+    bus.current.store(is_first ? 0 : 1, std::memory_order_release);
 }
 
 } // namespace
@@ -172,20 +180,20 @@ void Guardian::dismiss() noexcept
 }
 
 std::expected<void, Error> Guardian::watch(std::size_t bus, std::string_view name, const link::AnyLink& link,
-                                           std::span<const wire::Request> stop)
+                                           const StopFrames& stop)
 {
-    if (bus >= most_buses || stop.size() > most_pieces)
+    if (bus >= most_buses || std::max(stop.seen.size(), stop.unseen.size()) > most_pieces)
         return fail(Errc::out_of_range, fmt::format("a guardian watches up to {} buses with up to {} frames each",
                                                     most_buses, most_pieces));
     std::array<std::uint8_t, link::longest_spelling> probe{};
     const int fd = handle_of(link);
-    if (fd < 0 || (!stop.empty() && spell(link, stop.front().frame, probe) == 0))
+    if (fd < 0 || (!stop.seen.empty() && spell(link, stop.seen.front().frame, probe) == 0))
         return fail(Errc::unsupported, fmt::format("a guardian cannot reach {}: it ends with this process", name));
 
     Bus& kept = memory_->buses[bus];
     kept.link.fill('\0');
     name.copy(kept.link.data(), kept.link.size() - 1);
-    write_pieces(kept, link, stop);
+    write_stop(kept, link, stop);
 
     Letter letter{.word = Word::watch, .bus = static_cast<std::uint8_t>(bus)};
     iovec place{.iov_base = &letter, .iov_len = sizeof letter};
@@ -206,10 +214,10 @@ std::expected<void, Error> Guardian::watch(std::size_t bus, std::string_view nam
     return {};
 }
 
-void Guardian::update(std::size_t bus, const link::AnyLink& link, std::span<const wire::Request> stop) noexcept
+void Guardian::update(std::size_t bus, const link::AnyLink& link, const StopFrames& stop) noexcept
 {
     if (bus < most_buses && memory_->buses[bus].link.front() != '\0')
-        write_pieces(memory_->buses[bus], link, stop);
+        write_stop(memory_->buses[bus], link, stop);
 }
 
 void Guardian::forget(std::size_t bus) noexcept

@@ -27,6 +27,12 @@ struct StoppedBus {
     std::string says;
 };
 
+/// What stops the motors of one bus, ready-made.
+struct StopFrames {
+    std::span<const wire::Request> seen;   ///< while the last `update` is no older than 0.1 s
+    std::span<const wire::Request> unseen; ///< later: nothing in them may name a place where a motor was
+};
+
 /// A small process that outlives the program it watches, for the ways out on which a program can do nothing any more:
 /// SIGKILL, a crash, an exception that nobody catches, a loop that never returns. It holds the descriptors of the links
 /// and the frames that stop every bus, ready-made, and sends them, three times, when the program has ended without
@@ -59,9 +65,10 @@ public:
     /// `unsupported` for links without a descriptor (those of a simulator in the same process), `out_of_range` for more
     /// than 16 buses or 256 frames. `name` is the link as others call it.
     std::expected<void, Error> watch(std::size_t bus, std::string_view name, const link::AnyLink& link,
-                                     std::span<const wire::Request> stop);
-    /// Other frames for a bus that is watched: where a joint holds changes as it moves.
-    void update(std::size_t bus, const link::AnyLink& link, std::span<const wire::Request> stop) noexcept;
+                                     const StopFrames& stop);
+    /// Other frames for a bus that is watched: where a joint holds changes as it moves. Says also that its motors were
+    /// looked at now.
+    void update(std::size_t bus, const link::AnyLink& link, const StopFrames& stop) noexcept;
     /// The link of this bus is lost: its descriptor is closed there too, so that the device keeps its name.
     void forget(std::size_t bus) noexcept;
 

@@ -9,7 +9,7 @@
 namespace sinew::robot::guardian {
 
 inline constexpr std::size_t most_buses = 16;
-inline constexpr std::size_t most_pieces = 256; ///< frames that stop one bus
+inline constexpr std::size_t most_pieces = 256; ///< frames of one list that stop one bus
 inline constexpr std::size_t longest_name = 256;
 inline constexpr std::size_t longest_word = 160; ///< of what became of a bus
 
@@ -25,11 +25,17 @@ struct Pieces {
     std::array<Piece, most_pieces> all{};
 };
 
+/// What stops one bus, and when it was written.
+struct Stop {
+    std::int64_t written_ns = 0; ///< of the steady clock, which both processes share
+    Pieces seen, unseen;
+};
+
 /// What stops a bus stands here twice: one is whole while the other is written, so a program may die at any moment.
 struct Bus {
     std::array<char, longest_name> link{};
     std::atomic<std::uint32_t> current{0};
-    std::array<Pieces, 2> pieces{};
+    std::array<Stop, 2> stops{};
     // What became of the last stop: written by the program before `stop_done`, or by the guardian where that did it.
     std::atomic<std::uint8_t> outcome{0};
     std::array<char, longest_word> says{};

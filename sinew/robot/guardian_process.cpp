@@ -25,6 +25,7 @@ using namespace std::chrono_literals;
 constexpr auto beat_period = 100ms;
 constexpr auto time_to_obey = 200ms;  // for a program that is asked to stop
 constexpr auto time_to_ask = 3s;      // for it to find out who obeyed
+constexpr auto seen_lately = 100ms;   // so old a place may be where a motor is told to hold
 constexpr auto bus_time = 100ms;      // for a descriptor that takes no more
 constexpr int rounds = 3;             // a frame may meet another one, or end half a frame that the program began
 constexpr auto between_rounds = 20ms; // silence ends whatever a device had heard of a frame
@@ -35,6 +36,7 @@ struct Sending {
     int fd = -1;
     bool refused = false; ///< a frame was not taken
     std::size_t next = 0;
+    std::size_t written = 0; ///< bytes of that one
     Clock::time_point due{};
     Clock::time_point give_up{};
 
@@ -203,6 +205,7 @@ private:
     void stop_all(std::string why)
     {
         std::size_t buses = 0;
+        look_at_the_frames();
         for (int round = 0; round < rounds; ++round) {
             if (round > 0)
                 ::poll(nullptr, 0, static_cast<int>(std::chrono::milliseconds(between_rounds).count()));
@@ -211,6 +214,16 @@ private:
         if (!why.empty() && buses > 0)
             fmt::print(stderr, "sinew: {}; its guardian sent the stop on {} {}\n", why, buses,
                        buses == 1 ? "bus" : "buses");
+    }
+
+    static const Stop& stop_of(const Bus& bus) { return bus.stops[bus.current.load(std::memory_order_acquire)]; }
+
+    /// Once for all rounds: a motor that was told to hold must not be told to brake because it took a while.
+    void look_at_the_frames()
+    {
+        const Clock::duration now = Clock::now().time_since_epoch();
+        for (std::size_t i = 0; i < most_buses; ++i)
+            unseen_[i] = now - Duration(stop_of(memory_.buses[i]).written_ns) > seen_lately;
     }
 
     /// All buses at once, each at its own pace. How many there are.
@@ -224,7 +237,7 @@ private:
                 note(bus, StoppedBus::Outcome::failed, "its link is lost");
                 continue;
             }
-            all[i] = {.pieces = &bus.pieces[bus.current.load(std::memory_order_acquire)],
+            all[i] = {.pieces = unseen_[i] ? &stop_of(bus).unseen : &stop_of(bus).seen,
                       .fd = links_[i].get(),
                       .give_up = Clock::now() + bus_time};
             ++count;
@@ -247,10 +260,14 @@ private:
         auto now = Clock::now();
         while (!one.done() && now >= one.due) {
             const Piece& piece = one.pieces->all[one.next];
-            const ssize_t size = ::write(one.fd, piece.bytes.data(), piece.size);
+            const ssize_t size = ::write(one.fd, piece.bytes.data() + one.written, piece.size - one.written);
             if (size < 0 && (errno == EAGAIN || errno == ENOBUFS || errno == EINTR) && now < one.give_up)
                 return;
-            one.refused = one.refused || size < 0;
+            // The rest of a frame goes out before anything else: half of one would spoil the next.
+            if (size > 0 && (one.written += static_cast<std::size_t>(size)) < piece.size && now < one.give_up)
+                return;
+            one.refused = one.refused || one.written < piece.size;
+            one.written = 0;
             ++one.next; // a line that is gone takes nothing, and the others must have theirs
             now = Clock::now();
             one.due = now + std::chrono::microseconds(piece.pause_us);
@@ -276,6 +293,7 @@ private:
     link::Fd socket_, listener_, program_ends_;
     Duration patience_;
     std::array<link::Fd, most_buses> links_{};
+    std::array<bool, most_buses> unseen_{}; ///< nobody has looked at the motors of this bus for a while
     std::vector<link::Fd> callers_;
     std::vector<pollfd> handles_;
     std::uint64_t beats_ = 0;

@@ -89,6 +89,11 @@ public:
 
     Program(const Wire& wire, std::span<const wire::Request> stop, const std::function<void(Inside)>& life,
             Guardian::Settings settings = {})
+        : Program(wire, StopFrames{.seen = stop, .unseen = stop}, life, settings)
+    {
+    }
+    Program(const Wire& wire, const StopFrames& stop, const std::function<void(Inside)>& life,
+            Guardian::Settings settings = {})
     {
         int ends[2];
         EXPECT_EQ(::pipe2(ends, O_CLOEXEC), 0);
@@ -120,8 +125,8 @@ public:
     }
 
 private:
-    [[noreturn]] static void live(const Wire& wire, std::span<const wire::Request> stop,
-                                  const std::function<void(Inside)>& life, Guardian::Settings settings, int told)
+    [[noreturn]] static void live(const Wire& wire, const StopFrames& stop, const std::function<void(Inside)>& life,
+                                  Guardian::Settings settings, int told)
     {
         // A shell starts what it runs in the background with some of them ignored.
         for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGTERM})
@@ -205,7 +210,7 @@ TEST(GuardianTest, TheFramesOfTheLastUpdateAreSent)
     Program program(wire, stop, [](Program::Inside inside) {
         for (int id = 2; id <= 9; ++id) {
             const std::array other{stop_of(id)};
-            inside.guardian.update(0, inside.link, other);
+            inside.guardian.update(0, inside.link, {.seen = other, .unseen = other});
         }
         ::_exit(0);
     });
@@ -238,6 +243,48 @@ TEST(GuardianTest, AProgramThatBeatsNoMoreIsStoppedAlthoughItLives)
     EXPECT_EQ(wire.read(all.size()), all);
 }
 
+/// By then the place where a motor was to hold is old.
+TEST(GuardianTest, AProgramThatHangsGetsTheFramesForMotorsThatNobodySees)
+{
+    const Wire wire;
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake},
+                    [](Program::Inside inside) {
+                        inside.guardian.beat();
+                        forever(inside);
+                    },
+                    {.patience = 150ms});
+    const auto all = times(3, brake);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AHungProgramIsStoppedFromElsewhereByTheFramesForMotorsThatNobodySees)
+{
+    const Wire wire;
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake}, forever);
+    ASSERT_TRUE(stop_program(program.pid()));
+    const auto all = times(3, brake);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AProgramThatDiesWhileItLooksGetsTheFramesForMotorsThatAreSeen)
+{
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    constexpr int most_tries = 50; // a machine with other work may wake the guardian late
+    std::vector<std::uint8_t> said;
+    for (int i = 0; i < most_tries && said != times(3, hold); ++i) {
+        const Wire wire;
+        Program program(wire, StopFrames{.seen = hold, .unseen = brake}, [&](Program::Inside inside) {
+            inside.guardian.update(0, inside.link, {.seen = hold, .unseen = brake});
+            ::_exit(0);
+        });
+        said = wire.read_to_end();
+        EXPECT_TRUE(said == times(3, hold) || said == times(3, brake));
+    }
+    EXPECT_EQ(said, times(3, hold));
+}
+
 TEST(GuardianTest, AProgramThatNeverBeatIsLeftAlone)
 {
     const Wire wire;
@@ -266,7 +313,7 @@ TEST(GuardianTest, ALongStopIsNoProgramThatHangs)
     const auto link = link::Links::system().open(guarded.uri, clock);
     ASSERT_TRUE(link);
     const std::array stop{stop_of(1)};
-    ASSERT_TRUE(guardian->watch(1, guarded.uri, *link, stop));
+    ASSERT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
     guardian->beat();
     const TimePoint begun = clock.now();
     EXPECT_EQ(robot->stop().at(0).outcome, Stopped::Outcome::failed);
@@ -327,11 +374,51 @@ TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
             ;
         link::RealClock clock;
         const auto other = link::Links::system().open(wire.uri, clock);
-        if (other && inside.guardian.watch(1, wire.uri, *other, stop))
+        if (other && inside.guardian.watch(1, wire.uri, *other, {.seen = stop, .unseen = stop}))
             ::_exit(0);
     });
     const auto all = times(3, stop);
     EXPECT_EQ(wire.read(all.size()), all);
+}
+
+/// How much such a line takes from a program before somebody reads.
+std::size_t room_of_a_line()
+{
+    const Wire wire;
+    const auto fd = wire.keep_open();
+    ::fcntl(fd.get(), F_SETFL, O_NONBLOCK);
+    std::size_t room = 0;
+    while (::write(fd.get(), "x", 1) == 1)
+        ++room;
+    return room;
+}
+
+TEST(GuardianTest, AFrameOfWhichTheLineTakesAPartIsFinishedBeforeTheNext)
+{
+    const std::array stop{stop_of(1), stop_of(7)};
+    const std::size_t stuffing = room_of_a_line() - 2;
+    ASSERT_GT(stop.front().frame.size, 2);
+    std::vector<std::uint8_t> expected(stuffing, 'x'), read;
+    std::ranges::copy(times(3, stop), std::back_inserter(expected));
+    constexpr int most_tries = 50; // where this reads too late the guardian gives the line up
+    for (int i = 0; i < most_tries && read != expected; ++i) {
+        const Wire wire, next;
+        const auto keeper = next.keep_open();
+        Program program(wire, stop, [&](Program::Inside inside) {
+            const int fd = std::get<std::unique_ptr<link::ByteLink>>(inside.link)->handle();
+            for (std::size_t n = 0; n < stuffing; ++n)
+                if (::write(fd, "x", 1) != 1)
+                    ::_exit(1);
+            link::RealClock clock;
+            const auto other = link::Links::system().open(next.uri, clock);
+            if (other && inside.guardian.watch(1, next.uri, *other, {.seen = stop, .unseen = stop}))
+                ::_exit(0);
+        });
+        next.read(1); // its turn comes after that of the line that is full
+        read = wire.read_to_end();
+    }
+    EXPECT_EQ(read.size(), expected.size());
+    EXPECT_TRUE(read == expected);
 }
 
 TEST(GuardianTest, AGuardianThatWasKilledIsMissed)

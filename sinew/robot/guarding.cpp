@@ -10,6 +10,11 @@ namespace {
 
 constexpr Duration between_beats = std::chrono::milliseconds{20};
 
+StopFrames frames_of(const Line& line)
+{
+    return {.seen = line.stop_requests(), .unseen = line.unseen_stop_requests()};
+}
+
 } // namespace
 
 /// Devices that hold their last target must not be left to a process that no longer has a robot.
@@ -25,7 +30,7 @@ std::expected<void, Error> Core::hand_over(std::size_t line)
 {
     auto& bus = lines[line]->bus();
     lines[line]->prepare_stop();
-    auto watched = guardian_->watch(line, uris_[line], bus.link(), lines[line]->stop_requests());
+    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line]));
     if (watched)
         known_[line] = bus.losses();
     return watched;
@@ -49,7 +54,9 @@ std::expected<void, Error> Core::heed_the_guardian()
         return {};
     guardian_->beat();
     if (guardian_->stop_asked()) {
-        Error why{.code = Errc::stopped, .detail = "stopped from another program, such as sinew stop"};
+        Error why{.code = Errc::stopped,
+                  .detail = "stopped from outside: by sinew stop, or by the guardian of this "
+                            "program, which found it hanging"};
         if (enabled)
             return stop_for(std::move(why));
         send_stop();
@@ -74,7 +81,7 @@ void Core::tell_the_guardian(const Line& line)
         guardian_->forget(at);
         known_[at].reset();
     } else {
-        guardian_->update(at, lines[at]->bus().link(), line.stop_requests());
+        guardian_->update(at, lines[at]->bus().link(), frames_of(line));
     }
 }
 

@@ -4,6 +4,7 @@
 #include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/family/drivers.hpp"
+#include "sinew/robot/hold_unseen.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -89,6 +90,7 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
 {
     if (policy_ == Mode::brake && !can_.brake)
         policy_ = Mode::hold;
+    unseen_hold_ = hold_unseen(*stopper_);
     if (const auto plan = stopper_->plan({.mode = Mode::release}, {}))
         acknowledges_ = answers(resolved.device, *plan->all().back().message);
     stopper_ = make_driver(resolved.device);
@@ -295,18 +297,22 @@ Mode Joint::policy() const
     return command_.mode == Mode::release ? Mode::release : policy_;
 }
 
-Mode Joint::stopping(bool lost) const
+Mode Joint::holding(bool unseen) const
 {
-    // To hold where it was measured would be a leap back at full torque; a brake asks for no position. A device that is
-    // too hot for a position lets its shaft coast (SAM, L714), and would leap to it as soon as it has cooled.
+    // A device that is too hot for a position lets its shaft coast (SAM, L714), and would leap to it as soon as it has
+    // cooled.
     const bool is_hot = raw_.faults && raw_.faults->has(actuator::Fault::over_temperature);
-    const bool cannot_hold = holds_a_position_ && (lost || is_hot);
-    return policy() == Mode::hold && cannot_hold && can_.brake ? Mode::brake : policy();
+    return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
 }
 
-std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool lost) const
+Mode Joint::stopping(bool unseen) const
 {
-    return driver.plan({.mode = stopping(lost)}, raw_);
+    return policy() == Mode::hold ? holding(unseen) : policy();
+}
+
+std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const
+{
+    return driver.plan({.mode = stopping(unseen)}, raw_);
 }
 
 } // namespace sinew::robot

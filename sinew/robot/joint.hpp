@@ -79,17 +79,21 @@ private:
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
-    /// `lost`: its link was lost since it was measured, and nobody knows what happened to the shaft meanwhile.
-    std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool lost) const;
+    /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
+    std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
+    /// For so long that it may have lost what it was told.
+    bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
     void failed(const Error& error);
     void tell(Errc code, std::string says);
     Mode policy() const;
-    /// What a stop tells it: the policy, or to brake where it cannot hold. `lost` as below.
-    Mode stopping(bool lost) const;
+    /// To hold, or to brake where that would be a leap. `unseen` as above.
+    Mode holding(bool unseen) const;
+    /// What a stop tells it: the policy, as far as it can.
+    Mode stopping(bool unseen) const;
 
     const ResolvedJoint* resolved_;
     const link::Clock* clock_;
@@ -101,6 +105,7 @@ private:
     actuator::Capabilities can_;
     Supervisor guard_;
     Mode policy_ = Mode::hold;
+    Mode unseen_hold_ = Mode::hold; ///< where it must not be told a place
     bool holds_a_position_ = false; ///< to hold, the device must be told where
     bool acknowledges_ = true;      ///< its answer to a command is worth the repetition
     bool referenced_ = false;

@@ -8,7 +8,6 @@
 namespace sinew::robot {
 namespace {
 
-/// A silence after which a device may have lost what it was told.
 constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
 /// What a shaft may jump by at most for the time between two answers, beside what it turns.
 constexpr double doubtful_way_rad = units::rad(2.0);
@@ -40,6 +39,11 @@ bool Joint::is_plausible(const actuator::Measured<double>& before)
         return false;
     agreed_ = 0;
     return true;
+}
+
+bool Joint::is_silent() const
+{
+    return missing_since_ && now() - *missing_since_ > doubtful_silence;
 }
 
 void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at)

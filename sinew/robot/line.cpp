@@ -23,7 +23,8 @@ void Line::set_joints(std::vector<Joint*> joints)
     requests_.resize(most);
     results_.resize(most);
     owners_.resize(most);
-    stop_requests_.reserve(joints_.size() * wire::Requests::capacity + 1);
+    for (auto* all : {&stop_requests_, &unseen_stop_requests_})
+        all->reserve(joints_.size() * wire::Requests::capacity + 1);
     for (Joint* joint : joints_)
         if (dynamic_cast<rmd::Driver*>(joint->driver_.get()) != nullptr && id_of(joint->device()) <= last_of_group)
             group_.push_back(joint);
@@ -169,21 +170,28 @@ void Line::add_extras(TimePoint now)
     }
 }
 
+void Line::collect_stop(std::vector<wire::Request>& into, bool unseen) const
+{
+    // What holds a position must be told where it is now; nothing else changes but by the command.
+    into.clear();
+    const auto is_told = [&](Mode mode) {
+        return std::ranges::all_of(joints_, [&](const Joint* joint) { return joint->stopping(unseen) == mode; });
+    };
+    if (!joints_.empty())
+        if (const auto all = stop_of_all(joints_.front()->family()); all && is_told(all->mode))
+            into.push_back(all->request);
+    for (Joint* joint : joints_)
+        if (const auto requests = joint->plan_policy(*joint->stopper_, unseen))
+            for (const auto& request : requests->all())
+                into.push_back(request);
+}
+
 void Line::prepare_stop()
 {
     if (busy_)
         return;
-    // What holds a position must be told where it is now; nothing else changes but by the command.
-    stop_requests_.clear();
-    const bool alike =
-        std::ranges::all_of(joints_, [&](const Joint* j) { return j->policy() == joints_.front()->policy(); });
-    if (alike && !joints_.empty())
-        if (const auto all = stop_of_all(joints_.front()->family()); all && all->mode == joints_.front()->policy())
-            stop_requests_.push_back(all->request);
-    for (Joint* joint : joints_)
-        if (const auto requests = joint->plan_policy(*joint->stopper_, is_lost()))
-            for (const auto& request : requests->all())
-                stop_requests_.push_back(request);
+    collect_stop(stop_requests_, is_lost());
+    collect_stop(unseen_stop_requests_, true);
     bus_->set_stop(stop_requests_);
 }
 

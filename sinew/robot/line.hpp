@@ -39,6 +39,8 @@ public:
     /// Makes ready what a stop sends; not while an exchange runs.
     void prepare_stop();
     std::span<const wire::Request> stop_requests() const { return stop_requests_; }
+    /// What it sends when nobody has looked at the joints for a while.
+    std::span<const wire::Request> unseen_stop_requests() const { return unseen_stop_requests_; }
 
     // ---- the exchange ----
 
@@ -57,6 +59,7 @@ public:
     void set_due(TimePoint due) { due_ = due; }
 
 private:
+    void collect_stop(std::vector<wire::Request>& into, bool unseen) const;
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
     bool obey(Joint& joint, const Finding& finding, TimePoint now);
@@ -77,7 +80,7 @@ private:
     std::vector<Joint*> owners_; ///< nullptr: of the group
     std::size_t size_ = 0;
     std::size_t next_full_ = 0;
-    std::vector<wire::Request> stop_requests_;
+    std::vector<wire::Request> stop_requests_, unseen_stop_requests_;
 };
 
 } // namespace sinew::robot

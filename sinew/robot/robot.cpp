@@ -179,6 +179,11 @@ std::span<const wire::Request> Robot::stop_requests(std::size_t bus) const
     return core_->lines.at(bus)->stop_requests();
 }
 
+std::span<const wire::Request> Robot::unseen_stop_requests(std::size_t bus) const
+{
+    return core_->lines.at(bus)->unseen_stop_requests();
+}
+
 const config::RobotFile& Robot::file() const
 {
     return core_->file;

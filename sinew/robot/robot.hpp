@@ -124,6 +124,8 @@ public:
     std::span<bus::Bus* const> buses() const; ///< in the order of the file
     /// What a stop of this bus sends, ready-made, as of the last cycle: for a guardian.
     std::span<const wire::Request> stop_requests(std::size_t bus) const;
+    /// The same for when nobody has looked at the joints for a while: it tells no joint to hold where it was.
+    std::span<const wire::Request> unseen_stop_requests(std::size_t bus) const;
     const config::RobotFile& file() const;
     link::Clock& clock() const;
 

@@ -37,16 +37,20 @@ void Core::send_stop()
     }
 }
 
-/// One look at all joints that have not confirmed yet, told again what they have to do where `command`. Whether any is
-/// left.
-bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
+/// One look at all joints that have not confirmed yet, told again what they have to do where `command`, and but for
+/// those that have never answered where `gives_up`: each of their time-outs would keep the others waiting. Whether any
+/// is left.
+bool Core::ask_again(std::vector<Stopped>& outcomes, bool command, bool gives_up)
 {
     const TimePoint begun = clock->now();
+    const auto is_over = [&](const Stopped& one) {
+        return one.outcome == Stopped::Outcome::confirmed || (gives_up && one.outcome == Stopped::Outcome::failed);
+    };
     for (auto& line : lines) {
         line->clear();
         for (Joint* joint : line->joints()) {
             auto& outcome = outcomes[static_cast<std::size_t>(joint - joints.data())];
-            if (outcome.outcome == Stopped::Outcome::confirmed)
+            if (is_over(outcome))
                 continue;
             // A reading may say that it cannot do what it was told.
             const Mode now = joint->stopping(line->is_lost());
@@ -61,7 +65,7 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command)
     bool left = false;
     for (Joint& joint : joints) {
         auto& outcome = outcomes[static_cast<std::size_t>(&joint - joints.data())];
-        if (outcome.outcome == Stopped::Outcome::confirmed)
+        if (is_over(outcome))
             continue;
         const bool answered = joint.answered_at_ >= begun;
         if (!answered) {
@@ -90,11 +94,7 @@ void Core::verify(std::vector<Stopped>& outcomes)
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, command))
-            return;
-        const bool only_failures =
-            std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
-        if (only_failures && look + 1 >= most_repetitions)
+        if (!ask_again(outcomes, command, look >= most_repetitions))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)

@@ -100,6 +100,28 @@ TEST(Beyond, AServoThatIsTooHotToHoldIsBrakedAndDoesNotCoastOnNorLeapWhenItHasCo
     EXPECT_NEAR(units::deg(rig.truth_rad("wrist")), units::deg(stopped_at), 1.0) << "it leapt";
 }
 
+/// Enabled and moved by hand before it has cooled.
+TEST(Beyond, AServoThatIsEnabledWhileItIsTooHotDoesNotLeapToWhereItStoodWhenItHasCooled)
+{
+    Rig rig(
+        file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.wrist]\nbus = \"s\"\nid = 2\nmodel = \"SAM-20\"\n"));
+    rig.inject(sim::FaultKind::hot_motor, "wrist");
+    rig.simulator->clock().wait({}, rig.now() + 100ms);
+    rig.enable();
+    const double enabled_at = rig.truth_rad("wrist");
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = "wrist", .for_s = 0.5};
+    push.torque_nm = 1.0;
+    rig.simulator->world().inject(push);
+    rig.simulator->clock().wait({}, rig.now() + 1s);
+    const double pushed_to = rig.truth_rad("wrist");
+    ASSERT_GT(std::abs(pushed_to - enabled_at), units::rad(5)) << "too little to tell";
+    sim::Fault cool{.kind = sim::FaultKind::hot_motor, .joint = "wrist"};
+    cool.temperature_c = 25.0;
+    rig.simulator->world().inject(cool);
+    rig.simulator->clock().wait({}, rig.now() + 1s);
+    EXPECT_NEAR(units::deg(rig.truth_rad("wrist")), units::deg(pushed_to), 1.0) << "it leapt";
+}
+
 TEST(Beyond, AJointBeyondALimitIsStreamedBackInsideAndNoFurtherOut)
 {
     Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"

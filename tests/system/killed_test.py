@@ -16,6 +16,8 @@ SLOW = {"turn": ("left_hip", ["--velocity", "-2deg/s", "--for", "1000s"]),
         "tune": ("waist_yaw", ["--to", "-80deg", "--for", "1000s"]),
         "jog": ("neck_yaw", ["--speed", "5deg/s"])}
 
+PLAYED = ("elbow", "waist_yaw", "left_hip")
+
 
 class Killed(unittest.TestCase):
     def setUp(self):
@@ -29,6 +31,7 @@ class Killed(unittest.TestCase):
         path = os.path.join(self.folder.name, "slow.toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(text.replace(HEAD + "60\n", HEAD + "4\n") + "[joint.waist_yaw.sim]\nstart_rad = 1.4\n")
+        self.path = path
         self.sim = Simulator(robot=path)
         self.addCleanup(self.sim.close)
 
@@ -85,6 +88,43 @@ class Killed(unittest.TestCase):
         program.read_until("gave no sign")
         self.until("elbow at rest", lambda: self.rests("elbow"))
         self.assertGreater(self.place("elbow") - begin, 0.5)
+
+    def play(self, policy, more=""):
+        """One that moves three joints to and fro, one of each family."""
+        path = os.path.join(self.folder.name, f"{policy}.toml")
+        with open(self.path, encoding="utf-8") as file, open(path, "w", encoding="utf-8") as to:
+            to.write(f'{file.read()}[safety]\npolicy = "{policy}"\n{more}'
+                     '[sequence.on]\nsteps = [{repeat = "forever", steps = ['
+                     '{move = {elbow_deg = 60, waist_yaw_deg = 40, left_hip_deg = 20}},'
+                     '{move = {elbow_deg = 0, waist_yaw_deg = -40, left_hip_deg = -40}}]}]\n')
+        begin = {joint: self.place(joint) for joint in PLAYED}
+        program = Terminal("play", "on", "--robot", path, *self.sim.robot[2:], "--yes")
+        self.addCleanup(self.clear_away, program)
+        self.until("play", lambda: all(abs(self.place(joint) - begin[joint]) > 0.005 for joint in PLAYED))
+        return program
+
+    def test_stop_ends_although_a_joint_was_unplugged_while_a_robot_plays(self):
+        program = self.play("hold", "silence_max_s = 100\n")
+        sinew("sim", "fault", "elbow", "unplug")
+        self.addCleanup(sinew, "sim", "mend", "elbow")
+        done = sinew("stop", *self.sim.robot, code=7)
+        self.assertRegex(done.stderr, r"elbow may NOT have stopped: the program with process id \d+ was asked to stop")
+        self.assertEqual(program.end(), 130, program.seen)
+        for joint in PLAYED[1:]:
+            self.until(f"{joint} at rest", lambda joint=joint: self.rests(joint))
+
+    def test_a_robot_that_plays_is_stopped_when_its_program_hangs(self):
+        for policy, state in (("hold", "brake"), ("release", "passive")):
+            with self.subTest(policy=policy):
+                program = self.play(policy)
+                program.process.send_signal(signal.SIGSTOP)
+                program.read_until("gave no sign")
+                for joint in PLAYED:
+                    self.until(f"{joint} at rest", lambda joint=joint: self.rests(joint))
+                self.assertEqual(as_json("sim", "look", "elbow")[0]["mode"], state)
+                program.process.send_signal(signal.SIGCONT)
+                program.read_until("found it hanging")
+                self.assertEqual(program.end(), 130)
 
     def test_stop_also_stops_what_another_program_on_the_bus_does_not_move(self):
         sinew("send", self.sim.link["legs"], "speed-closed-loop", "speed=2dps", "--family", "rmd", "--id", "2", "--yes")
