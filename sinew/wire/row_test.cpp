@@ -240,6 +240,8 @@ TEST(Message, IsAHarmlessReadOfOneDeviceUnlessItsRowSaysOtherwise)
 {
     const Info& look = info_of<fake::Look>.info;
     EXPECT_EQ(look.access, Access::read);
+    EXPECT_EQ(look.reply_opcode_also, -1) << "none";
+    EXPECT_EQ(std::pair(Info{}.opcode, Info{}.reply_opcode), std::pair(-1, -1)) << "none";
     EXPECT_FALSE(look.moves);
     EXPECT_FALSE(look.relative);
     EXPECT_FALSE(look.answered_as_command);
