@@ -167,14 +167,16 @@ std::expected<Look, Error> Line::look(const wire::Request& request, const Family
     return out;
 }
 
-std::expected<std::vector<bus::Result>, Error> Line::look_at_all(std::span<const wire::Request> requests,
-                                                                 const Family& family, Duration wait)
+std::expected<Looks, Error> Line::look_at_all(std::span<const wire::Request> requests, const Family& family,
+                                              Duration wait)
 {
     const auto bus = make_bus(family, wait);
-    std::vector<bus::Result> results(requests.size());
-    if (auto done = bus->exchange(requests, results); !done)
+    Looks out{.results = std::vector<bus::Result>(requests.size())};
+    if (auto done = bus->exchange(requests, out.results); !done)
         return std::unexpected(done.error());
-    return results;
+    const auto& counters = bus->conversation().counters();
+    out.noise = counters.strays + counters.late > 0;
+    return out;
 }
 
 std::expected<std::vector<wire::Frame>, Error> Line::listen(Duration how_long)

@@ -20,6 +20,12 @@ struct Look {
     Error error{};                   ///< of a look without an answer
 };
 
+/// Several requests at once and what came of each.
+struct Looks {
+    std::vector<bus::Result> results;
+    bool noise = false; ///< something was heard that is no answer to any of them
+};
+
 /// Owns the link. A look is an exchange of its own that remembers nothing: what comes late is noise in the next one.
 /// One thread. Fails only when the link is lost.
 class Line
@@ -50,8 +56,8 @@ public:
     /// bit of the request; once something was heard, the rest of it may take as long again.
     std::expected<Look, Error> look(const wire::Request& request, const Family& family, Duration wait);
     /// All requests at once, for CAN.
-    std::expected<std::vector<bus::Result>, Error> look_at_all(std::span<const wire::Request> requests,
-                                                               const Family& family, Duration wait);
+    std::expected<Looks, Error> look_at_all(std::span<const wire::Request> requests, const Family& family,
+                                            Duration wait);
     /// Sends nothing. Bytes, or frames in the order in which they came.
     std::expected<std::vector<wire::Frame>, Error> listen(Duration how_long);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <tuple>
 
 namespace sinew::diagnosis {
@@ -143,7 +144,8 @@ Duration expected_time(const Pass& pass)
         return (count - 1) * time_of_look(one, family, pass.bit_rate, unhurried(family)) +
                time_of_look(one, family, pass.bit_rate, for_the_last(family));
     // All questions go out back to back and share the wire with their answers.
-    return static_cast<int>(ways_to_answer(family).size()) *
+    constexpr int rounds = 2;
+    return rounds * static_cast<int>(ways_to_answer(family).size()) *
            (count * time_of_look(one, family, pass.bit_rate, {}) + patient(family));
 }
 
@@ -192,26 +194,47 @@ std::expected<void, Error> Scanner::run(const Pass& pass, const Stopped& stopped
 
 std::expected<void, Error> Scanner::run_can(const Pass& pass, std::vector<Found>& found)
 {
+    std::vector<int> ids(static_cast<std::size_t>(pass.ids.high - pass.ids.low + 1));
+    std::iota(ids.begin(), ids.end(), static_cast<int>(pass.ids.low));
     for (const auto* line : ways_to_answer(*pass.family)) {
-        const auto base = line->options.can_reply_base;
-        std::vector<wire::Request> requests;
-        for (auto id = pass.ids.low; id <= pass.ids.high; ++id) {
-            requests.push_back(ways_to_ask(*pass.family, static_cast<int>(id)).front());
-            requests.back().options.can_reply_base = base;
-        }
-        const auto results = line_.look_at_all(requests, *pass.family, patient(*pass.family));
-        if (!results)
-            return std::unexpected(results.error());
-        for (std::size_t i = 0; i < results->size(); ++i)
-            if ((*results)[i].good)
-                found.push_back({.family = pass.family,
-                                 .bit_rate = line_.bit_rate(),
-                                 .id = requests[i].id,
-                                 .model = {},
-                                 .line = base != 0 ? line->name : std::string_view{},
-                                 .round_trip = (*results)[i].at - (*results)[i].sent_at});
+        auto silent = ask_all(pass, *line, ids, patient(*pass.family), found);
+        if (silent && silent->noise && !silent->ids.empty())
+            // Shorter: the time that is left of the predicted one is the other master's.
+            silent = ask_all(pass, *line, silent->ids, unhurried(*pass.family), found);
+        if (!silent)
+            return std::unexpected(silent.error());
     }
     return {};
+}
+
+std::expected<Scanner::Silent, Error> Scanner::ask_all(const Pass& pass, const wire::Profile& line,
+                                                       std::span<const int> ids, Duration wait,
+                                                       std::vector<Found>& found)
+{
+    const auto base = line.options.can_reply_base;
+    std::vector<wire::Request> requests;
+    for (const int id : ids) {
+        requests.push_back(ways_to_ask(*pass.family, id).front());
+        requests.back().options.can_reply_base = base;
+    }
+    const auto looks = line_.look_at_all(requests, *pass.family, wait);
+    if (!looks)
+        return std::unexpected(looks.error());
+    Silent out{.noise = looks->noise};
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        const auto& result = looks->results[i];
+        if (!result.good) {
+            out.ids.push_back(ids[i]);
+            continue;
+        }
+        found.push_back({.family = pass.family,
+                         .bit_rate = line_.bit_rate(),
+                         .id = ids[i],
+                         .model = {},
+                         .line = base != 0 ? line.name : std::string_view{},
+                         .round_trip = result.at - result.sent_at});
+    }
+    return out;
 }
 
 /// How long an answer may take to begin, from what the line has shown.

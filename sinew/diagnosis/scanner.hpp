@@ -42,7 +42,8 @@ struct Found {
 std::vector<Pass> passes(const ScanPlan& plan, bool can, std::uint32_t link_bit_rate);
 
 /// How long a pass takes if nobody answers, and several of them. Of serial lines the wire alone decides: for each id
-/// the bits of a question, the longest time that a device may take before it answers, and what an adapter adds.
+/// the bits of a question, the longest time that a device may take before it answers, and what an adapter adds. On CAN
+/// twice the time of all questions, for on a bus with other traffic the silent ids are asked once more.
 Duration expected_time(const Pass& pass);
 Duration expected_time(std::span<const Pass> passes);
 
@@ -73,7 +74,15 @@ private:
         TimePoint at{};
     };
 
+    /// Ids that were asked and did not answer.
+    struct Silent {
+        std::vector<int> ids;
+        bool noise = false; ///< somebody else talks: an answer may have gone to another master
+    };
+
     std::expected<void, Error> run_can(const Pass& pass, std::vector<Found>& found);
+    std::expected<Silent, Error> ask_all(const Pass& pass, const wire::Profile& line, std::span<const int> ids,
+                                         Duration wait, std::vector<Found>& found);
     std::expected<void, Error> run_serial(const Pass& pass, const Stopped& stopped, const At& at,
                                           std::vector<Found>& found);
     std::expected<void, Error> look_again(const Pass& pass, std::span<const Asked> asked, const Stopped& stopped,

@@ -1,4 +1,5 @@
 #include "sinew/diagnosis/scanner.hpp"
+#include "sinew/family/rmd/messages.hpp"
 #include "sinew/sim/simulator.hpp"
 
 #include <cstdio>
@@ -123,6 +124,91 @@ id = 61
 )",
                               115200, true, {find_family("nuri")});
     EXPECT_EQ(scanned.found.size(), 4U);
+}
+
+/// A CAN bus that another master reads all the time. A motor has room for one question: of two that come to it within
+/// `busy` it answers the other master's, and we hear that answer, which is none to ours.
+class SharedBus final : public link::CanLink, public link::Clock
+{
+public:
+    static constexpr Duration period = std::chrono::milliseconds(20);
+    static constexpr Duration busy = std::chrono::milliseconds(1);
+
+    SharedBus(std::unique_ptr<link::CanLink> link, link::Clock& clock, Duration phase)
+        : link_(std::move(link)), clock_(clock), next_(clock.now() + phase)
+    {
+    }
+
+    TimePoint now() const override { return clock_.now(); }
+    void wait(std::span<const link::Handle> handles, TimePoint deadline) override
+    {
+        clock_.wait(handles, std::min(deadline, next_));
+        if (clock_.now() < next_)
+            return;
+        for (int id = 1; id <= 4; ++id) {
+            const auto asked = wire::make_request(id, rmd::ReadStatus2{});
+            EXPECT_TRUE(asked && link_->write({&asked->frame, 1}));
+        }
+        asked_ = next_;
+        next_ += period;
+    }
+
+    std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) override
+    {
+        const bool meets = std::min(now() - asked_, next_ - now()) < busy;
+        for (const auto& frame : frames) {
+            if (meets && frame.can_id <= 0x144)
+                continue;
+            if (const auto sent = link_->write({&frame, 1}); !sent)
+                return sent;
+        }
+        return frames.size();
+    }
+    std::expected<link::Arrival, Error> read(std::span<wire::Frame> into) override { return link_->read(into); }
+    int handle() const override { return link_->handle(); }
+    link::LinkState state() const override { return link_->state(); }
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t rate) override { return link_->set_bit_rate(rate); }
+
+private:
+    std::unique_ptr<link::CanLink> link_;
+    link::Clock& clock_;
+    TimePoint next_;
+    TimePoint asked_ = next_ - period;
+};
+
+TEST(Scan, FindsEveryDeviceOfACanBusThatAnotherMasterReadsAt50Hz)
+{
+    std::string robot = one("rmd", 1, 1'000'000);
+    for (int id = 2; id <= 4; ++id)
+        robot += fmt::format("[joint.j{}]\nbus = \"only\"\nid = {}\n", id, id);
+    const auto file = config::parse_robot_file(robot, "scan.toml");
+    ASSERT_TRUE(file) << to_sentence(file.error());
+    for (Duration phase{}; phase < SharedBus::period; phase += std::chrono::microseconds(500)) {
+        auto simulator = sim::Simulator::make(*file);
+        ASSERT_TRUE(simulator);
+        auto link = (*simulator)->open("");
+        ASSERT_TRUE(link);
+        auto shared = std::make_unique<SharedBus>(std::get<std::unique_ptr<link::CanLink>>(std::move(*link)),
+                                                  (*simulator)->clock(), phase);
+        link::Clock& clock = *shared;
+        diagnosis::Line line(std::move(shared), clock);
+        diagnosis::Scanner scanner(line);
+        const auto passes = diagnosis::passes({}, true, line.bit_rate());
+        std::vector<Found> found;
+        const TimePoint begin = clock.now();
+        const auto done = scanner.sweep(passes, false, [] { return false; }, [](const Pass&, int) {}, found);
+        ASSERT_TRUE(done) << to_sentence(done.error());
+        EXPECT_EQ(found.size(), 4U) << "phase " << seconds(phase);
+        EXPECT_LE(clock.now() - begin, diagnosis::expected_time(passes));
+    }
+}
+
+TEST(Scan, OfACanBusIsOverWithinTheTimeThatWasPredicted)
+{
+    for (const auto* more : {"", "[[sim.fault]]\nkind = \"unplug\"\njoint = \"j\"\n"}) {
+        const auto scanned = scan(one("rmd", 1, 1'000'000) + more, 1'000'000);
+        EXPECT_LE(scanned.took, scanned.predicted) << more;
+    }
 }
 
 } // namespace
