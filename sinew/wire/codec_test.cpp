@@ -266,7 +266,7 @@ TEST(Codec, RefusesABadIdChecksumRepeatOrValue)
     expect_request_refused<fake::Whole>(fake::whole, 2, 10, Errc::bad_id, "id", 0);
     expect_request_refused<fake::Whole>(fake::whole, 4, 0xAA, Errc::bad_checksum, "checksum", 0xA9);
     expect_request_refused<fake::Look>(fake::look, 3, 0x07, Errc::bad_checksum, "checksum", 0x06);
-    expect_request_refused<fake::Steps>(fake::two_steps, 9, 0x60, Errc::bad_checksum, "checksum", 0x61);
+    expect_request_refused<fake::Steps>(fake::two_steps, 9, 0x60, Errc::bad_checksum, "checksum", 0x6E);
     expect_request_refused<fake::Far>(fake::far, 7, 0x45, Errc::bad_repeat, "value_again", 0x44);
     expect_request_refused<fake::Whole>(fake::whole, 6, 0, Errc::out_of_range, "byte", 1);
     expect_request_refused<fake::Whole>(fake::whole, 6, 201, Errc::out_of_range, "byte", 1);

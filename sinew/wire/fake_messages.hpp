@@ -90,7 +90,8 @@ consteval auto row_of(const Steps*)
 {
     return message<Steps, Count>(
         {.name = "steps", .opcode = 0x21, .access = Access::flash, .broadcast = true},
-        side<Steps>(crossed, 6, u8(&Steps::count, {.name = "count", .byte = 3, .range = {0, 9}}), reserved("free", 4),
+        side<Steps>(crossed, 6, u8(&Steps::count, {.name = "count", .byte = 3, .range = {0, 9}}),
+                    Field{.name = "free", .byte = 4, .kind = Kind::reserved, .fixed = 0x0F},
                     pairs(&Steps::steps, &Steps::count, {.name = "steps", .byte = 5, .range = {0, 254}})),
         side<Count>(bare, 2, u8(&Count::count, {.name = "count", .byte = 0, .range = {0, 9}}), repeat("again", 1, 0)));
 }

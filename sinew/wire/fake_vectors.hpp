@@ -80,9 +80,9 @@ inline const Vector two_steps{&info_of<Steps>,
                               Direction::request,
                               31,
                               {{"count", 2}, {"steps", 1}, {"steps", 2}, {"steps", 254}, {"steps", 0}},
-                              {0xFF, 0xBF, 0x21, 0x02, 0x00, 0x01, 0x02, 0xFE, 0x00, 0x61}};
+                              {0xFF, 0xBF, 0x21, 0x02, 0x0F, 0x01, 0x02, 0xFE, 0x00, 0x6E}};
 inline const Vector no_steps{
-    &info_of<Steps>, Direction::request, 31, {{"count", 0}}, {0xFF, 0xBF, 0x21, 0x00, 0x00, 0x1E}};
+    &info_of<Steps>, Direction::request, 31, {{"count", 0}}, {0xFF, 0xBF, 0x21, 0x00, 0x0F, 0x11}};
 inline const Vector count{&info_of<Steps>, Direction::reply, -1, {{"count", 2}}, {0x02, 0x02}};
 inline const Vector look{&info_of<Look>, Direction::request, 4, {}, {0xFF, 0xA4, 0x22, 0x06}};
 inline const Vector seen{&info_of<Look>, Direction::reply, -1, {{"state", 9}, {"position", 0x7FF}}, {0x9F, 0x7F}};

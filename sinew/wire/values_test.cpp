@@ -195,7 +195,7 @@ TEST(Values, AFrameIsRefusedWithItsEvidence)
         {&fake::edges_reply, 0, 0x77, Errc::bad_constant, "opcode", 0x77, 0x76},
         {&fake::edges, 0, 0, Errc::bad_constant, "opcode", 0, 0x76},
         {&fake::whole, 4, 0xA8, Errc::bad_checksum, "checksum", 0xA8, 0xA9},
-        {&fake::two_steps, 9, 0x62, Errc::bad_checksum, "checksum", 0x62, 0x61},
+        {&fake::two_steps, 9, 0x62, Errc::bad_checksum, "checksum", 0x62, 0x6E},
         {&fake::whole, 2, 10, Errc::bad_id, "id", 10, 0},
         {&fake::far, 7, 0x43, Errc::bad_repeat, "value_again", 0x43, 0x44},
         {&fake::count, 1, 0x01, Errc::bad_repeat, "again", 0x01, 0x02},
