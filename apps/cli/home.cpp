@@ -39,13 +39,16 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
         if (*ended)
             return **ended;
     }
-    const double way = std::abs(position_of(*driven));
-    const auto needed = from_seconds(2.0 * way / speed_rad_s);
-    auto done = move_to(words, session, *driven,
-                        {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed, .in_steps = true});
-    if (!done)
-        return held_after(session, *driven, done.error()); // what is in its way would be pushed with all there is
-    return done;
+    const auto from = known_position_of(*driven);
+    if (!from)
+        return std::unexpected(from.error());
+    const auto needed = from_seconds(2.0 * std::abs(*from) / speed_rad_s);
+    // What is in its way would be pushed with all there is.
+    return move_to(words, session, *driven,
+                   {.speed_rad_s = speed_rad_s,
+                    .limit = std::chrono::seconds(60) + needed,
+                    .in_steps = true,
+                    .holds_if_it_fails = true});
 }
 
 Outcome run(const Words& words)

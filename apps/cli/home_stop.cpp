@@ -41,8 +41,11 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         plan(driven, {.mode = actuator::Mode::velocity, .velocity_rad_s = home.direction * speed_rad_s});
     if (!requests)
         return std::unexpected(requests.error());
+    const auto from = known_position_of(driven);
+    if (!from)
+        return std::unexpected(from.error());
     const TimePoint begin = session.clock().now();
-    robot::StopSearch search(position_of(driven), begin);
+    robot::StopSearch search(*from, begin);
     auto done = carry_out(driven, *requests);
     for (int n = 1; done && !interrupted(); ++n) {
         wait_until(session, begin + n * tick);
@@ -61,11 +64,14 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         const auto stopped = stop_here(session, driven, Otherwise::release);
         return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
     }
-    const double stop_rad = driven.state.position_rad.value_or(0.0);
     if (!done)
         return held_after(session, driven, done.error(), Otherwise::release);
-    if (const auto rest = come_to_rest(session, driven, Otherwise::release); !rest)
+    const double stop_rad = *driven.state.position_rad; // else it would not be found
+    const auto rest = come_to_rest(session, driven, Otherwise::release);
+    if (!rest)
         return std::unexpected(rest.error());
+    if (const auto says = says_of(driven, *rest); !says.empty())
+        fmt::print(stderr, "sinew: {}\n", says);
     count_from_stop(driven.device, stop_rad);
     if (!words.json())
         fmt::print("{} has found its stop: {:.2f} deg by the robot file; zero_deg = {:.2f} until it is switched off\n",

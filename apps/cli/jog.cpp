@@ -31,11 +31,10 @@ public:
     Outcome run()
     {
         fmt::print(stderr, "Hold an arrow key (or h and l) to turn; space stops, + and - change the speed, q ends.\n");
-        RawTerminal terminal;
         TimePoint next = session_.clock().now();
         for (int n = 0;; ++n, next = std::max(next + tick, session_.clock().now())) {
             wait_until(session_, next);
-            const auto keys = terminal.keys();
+            const auto keys = terminal_.keys();
             const auto wish = keys ? man_.press(*keys, session_.clock().now()) : DeadMan::Wish::quit;
             if (interrupted() || wish == DeadMan::Wish::quit)
                 return end();
@@ -43,10 +42,10 @@ public:
             auto done = turn(man_.direction(session_.clock().now()), n % ticks_per_look == 0);
             if (interrupted())
                 return end();
-            if (!done) {
-                end_line();
-                return held_after(session_, driven_, done.error());
-            }
+            if (!done)
+                return end(done.error());
+            if (wants_to_end_)
+                return end();
         }
     }
 
@@ -54,12 +53,19 @@ private:
     Outcome end()
     {
         const bool by_interrupt = interrupted();
-        end_line();
-        const auto stopped = stop_here(session_, driven_);
+        const auto stopped = stop_here(session_, driven_, Otherwise::nothing, [this] { end_line(); });
         direction_ = 0;
         if (stopped && words_.json())
             show();
         return stopped && !by_interrupt ? Outcome(exit_done) : stopped;
+    }
+
+    /// What was brought to rest in vain is not told once more.
+    Outcome end(const Error& why)
+    {
+        auto ended = is_told_ ? std::unexpected(why) : held_after(session_, driven_, why);
+        end_line();
+        return ended;
     }
 
     void end_line() const
@@ -83,24 +89,37 @@ private:
         if (looks)
             if (auto read = read_state(driven_, actuator::Depth::motion); !read)
                 return read;
-        const double here = position_of(driven_);
+        const auto here = position_of(driven_);
+        if (direction != 0 && !here)
+            return {}; // and not from where it may be
         std::expected<void, Error> done;
         if (direction != 0) {
             if (direction_ == 0)
-                target_ = here;
+                target_ = *here;
             target_ = within_limits(target_ + direction * speed_ * seconds(tick));
             // What does not follow is not led on: it would leap when it comes free.
             const double ahead = units::rad(5.0) + 0.3 * speed_;
-            target_ = std::clamp(target_, here - ahead, here + ahead);
+            target_ = std::clamp(target_, *here - ahead, *here + ahead);
             done = go();
         } else if (direction_ != 0) {
-            if (const auto rest = come_to_rest(session_, driven_); !rest)
+            if (const auto rest = come_to_rest(session_, driven_); !rest) {
+                is_told_ = true;
                 done = std::unexpected(rest.error());
+            }
+            forget_keys();
         }
         direction_ = direction;
         if (looks)
             show();
         return done;
+    }
+
+    /// Those that were pressed while it was brought to rest: whoever let go of them since must not set it in motion.
+    void forget_keys()
+    {
+        const auto keys = terminal_.keys();
+        DeadMan unheeded;
+        wants_to_end_ = !keys || unheeded.press(*keys, session_.clock().now()) == DeadMan::Wish::quit;
     }
 
     double within_limits(double target) const
@@ -124,7 +143,6 @@ private:
 
     void show() const
     {
-        const double here = position_of(driven_);
         if (words_.json()) {
             Json line = state_json(driven_, session_.clock().now() - begin_);
             line.set("direction", direction_);
@@ -133,7 +151,7 @@ private:
             return;
         }
         const char* mark = direction_ > 0 ? ">>" : direction_ < 0 ? "<<" : "--";
-        const auto line = fmt::format("{}  {:9.2f} deg  {}  {:.3g} deg/s", driven_.device.name, units::deg(here), mark,
+        const auto line = fmt::format("{}  {:>13}  {}  {:.3g} deg/s", driven_.device.name, place_of(driven_), mark,
                                       units::deg(speed_));
         fmt::print("\r{}\033[K", line.substr(0, columns() - 1));
         std::fflush(stdout);
@@ -144,9 +162,12 @@ private:
     Driven& driven_;
     double speed_;
     TimePoint begin_;
+    RawTerminal terminal_;
     DeadMan man_;
     double target_ = 0.0;
     int direction_ = 0;
+    bool is_told_ = false; ///< to hold, with an error for all that came of it
+    bool wants_to_end_ = false;
 };
 
 /// Keys are pressed in real time, so the simulator must run in it.

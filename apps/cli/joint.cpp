@@ -59,12 +59,6 @@ std::string cell(const std::optional<double>& value, std::string_view format_uni
                  : std::string{};
 }
 
-std::optional<double> joint_position(const Driven& d)
-{
-    return d.state.position_rad ? std::optional(to_joint_position(d.device.joint, *d.state.position_rad))
-                                : std::nullopt;
-}
-
 std::optional<double> joint_velocity(const Driven& d)
 {
     return d.state.velocity_rad_s ? std::optional(to_joint_velocity(d.device.joint, *d.state.velocity_rad_s))
@@ -106,9 +100,23 @@ double to_actuator_position(const config::Joint* joint, double joint_rad)
     return mounting_of(joint).to_actuator(joint_rad);
 }
 
-double position_of(const Driven& driven)
+std::optional<double> position_of(const Driven& driven)
 {
-    return to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0));
+    const auto& at = driven.state.position_rad;
+    return at ? std::optional(to_joint_position(driven.device.joint, *at)) : std::nullopt;
+}
+
+std::string place_of(const Driven& driven)
+{
+    const auto here = position_of(driven);
+    return here ? fmt::format("{:.2f} deg", units::deg(*here)) : "a place that it did not say";
+}
+
+std::expected<double, Error> known_position_of(const Driven& driven)
+{
+    if (const auto here = position_of(driven))
+        return *here;
+    return fail(Errc::bad_reply, fmt::format("{} does not say where it is", driven.device.name));
 }
 
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command)
@@ -143,7 +151,7 @@ Json state_json(const Driven& driven, Duration since_start)
     const auto& s = driven.state;
     return Json::object({{"time_s", seconds(since_start)},
                          {"name", driven.device.name},
-                         {"position_rad", joint_position(driven)},
+                         {"position_rad", position_of(driven)},
                          {"velocity_rad_s", joint_velocity(driven)},
                          {"current_a", s.current_a.optional()},
                          {"voltage_v", s.voltage_v.optional()},
@@ -154,7 +162,7 @@ Json state_json(const Driven& driven, Duration since_start)
 std::vector<std::string> state_cells(const Driven& driven)
 {
     const auto& s = driven.state;
-    return {cell(in_deg(joint_position(driven)), "deg", 2),
+    return {cell(in_deg(position_of(driven)), "deg", 2),
             cell(in_deg(joint_velocity(driven)), "deg/s", 1),
             cell(s.current_a, "A", 2),
             cell(s.voltage_v, "V", 1),

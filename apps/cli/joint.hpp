@@ -12,8 +12,12 @@ double to_joint_position(const config::Joint* joint, double actuator_rad);
 double to_joint_velocity(const config::Joint* joint, double actuator_rad_s);
 double to_actuator_position(const config::Joint* joint, double joint_rad);
 
-/// The position of the joint that was read last.
-double position_of(const Driven& driven);
+/// The position of the joint that was read last; nothing where that look measured none.
+std::optional<double> position_of(const Driven& driven);
+/// The same for a person, in degrees.
+std::string place_of(const Driven& driven);
+/// The same for what cannot be done without: `bad_reply` where that look measured none.
+std::expected<double, Error> known_position_of(const Driven& driven);
 
 /// The requests that carry out a command in joint units.
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command);

@@ -23,8 +23,10 @@ std::expected<std::vector<Json>, Error> watch(Session& session, Driven& driven, 
         wait_until(session, next);
         if (auto read = read_state(driven, actuator::Depth::full); !read)
             return std::unexpected(read.error());
-        plot.x.push_back(seconds(next - begin));
-        plot.panels.front().y.push_back(units::deg(position_of(driven)));
+        if (const auto here = position_of(driven)) {
+            plot.x.push_back(seconds(next - begin));
+            plot.panels.front().y.push_back(units::deg(*here));
+        }
         lines.push_back(state_json(driven, next - begin));
     }
     return lines;

@@ -21,12 +21,20 @@ std::expected<void, Error> start(Driven& driven, const Goal& goal)
     if (goal.duration) {
         command.velocity_rad_s = goal.speed_rad_s;
         command.duration = goal.duration;
-        const double mean_speed = std::abs(goal.position_rad - position_of(driven)) / seconds(*goal.duration);
+        const auto from = known_position_of(driven);
+        if (!from)
+            return std::unexpected(from.error());
+        const double mean_speed = std::abs(goal.position_rad - *from) / seconds(*goal.duration);
         if (auto fine = check_limits(driven.device, goal.position_rad, mean_speed); !fine)
             return fine;
     }
     const auto requests = plan(driven, command);
     return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
+}
+
+std::unexpected<Error> give_up(Session& session, Driven& driven, const Goal& goal, Error why)
+{
+    return goal.holds_if_it_fails ? held_after(session, driven, std::move(why)) : std::unexpected(std::move(why));
 }
 
 /// Looks until it has arrived, stands still or the time is over.
@@ -36,7 +44,7 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
     const TimePoint begin = session.clock().now();
     // A move that takes its time may begin too gently to be seen.
     TimePoint progressed = begin + goal.duration.value_or(Duration{});
-    double last = position_of(driven);
+    std::optional<double> last = position_of(driven);
     TimePoint shown = begin;
     for (TimePoint look = begin + tick;; look = std::max(look + tick, session.clock().now())) {
         wait_until(session, look);
@@ -44,11 +52,11 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
         if (interrupted())
             return stop_here(session, driven);
         if (!read)
-            return std::unexpected(read.error());
+            return give_up(session, driven, goal, read.error());
         const TimePoint now = session.clock().now();
-        const double here = position_of(driven);
+        const auto here = position_of(driven);
         // More are taken than shown: where a guardian would hold must not be old.
-        const bool arrived = std::abs(here - goal.position_rad) <= tolerance_rad;
+        const bool arrived = here && std::abs(*here - goal.position_rad) <= tolerance_rad;
         if (look - shown >= step) {
             show_state(words, driven, now - started);
             shown = look;
@@ -57,19 +65,23 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
         }
         if (arrived)
             return exit_done;
-        if (std::abs(here - last) > tolerance_rad / 10.0) {
+        if (here && (!last || std::abs(*here - *last) > tolerance_rad / 10.0)) {
             progressed = std::max(progressed, now);
             last = here;
         }
-        if (now - progressed > standstill)
-            return fail(Errc::unsupported,
-                        fmt::format("{} stands still at {:.2f} deg, short of {:.2f} deg; is something in its way, or "
-                                    "is it switched off?",
-                                    driven.device.name, units::deg(here), units::deg(goal.position_rad)));
+        if (here && now - progressed > standstill)
+            return give_up(
+                session, driven, goal,
+                {.code = Errc::unsupported,
+                 .detail = fmt::format("{} stands still at {}, short of {:.2f} deg; is something in its way, or "
+                                       "is it switched off?",
+                                       driven.device.name, place_of(driven), units::deg(goal.position_rad))});
         if (now - begin > goal.limit)
-            return fail(Errc::timeout,
-                        fmt::format("{} is at {:.2f} deg after {:g} s and still moves; --within gives it more time",
-                                    driven.device.name, units::deg(here), seconds(goal.limit)));
+            return give_up(
+                session, driven, goal,
+                {.code = Errc::timeout,
+                 .detail = fmt::format("{} is at {} after {:g} s and still moves; --within gives it more time",
+                                       driven.device.name, place_of(driven), seconds(goal.limit))});
     }
 }
 
@@ -77,14 +89,16 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
 std::expected<std::optional<int>, Error> lead(const Words& words, Session& session, Driven& driven, const Goal& goal)
 {
     const TimePoint begin = session.clock().now();
-    const double from = position_of(driven);
-    const double length = goal.position_rad - from;
+    const auto from = known_position_of(driven);
+    if (!from)
+        return std::unexpected(from.error());
+    const double length = goal.position_rad - *from;
     TimePoint shown = begin;
     for (TimePoint next = begin + tick;; next += tick) {
         wait_until(session, next);
         const double travelled = *goal.speed_rad_s * seconds(next - begin);
         const bool is_last = travelled >= std::abs(length);
-        const double at = is_last ? goal.position_rad : from + std::copysign(travelled, length);
+        const double at = is_last ? goal.position_rad : *from + std::copysign(travelled, length);
         const auto requests = plan(driven, {.mode = actuator::Mode::position, .position_rad = at});
         auto sent = !requests       ? std::unexpected(requests.error())
                     : interrupted() ? std::expected<void, Error>{}
@@ -100,15 +114,14 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
             return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
         }
         if (!sent)
-            return std::unexpected(sent.error());
+            return give_up(session, driven, goal, sent.error());
         // What does not follow must not be led on: it would leap when it comes free.
-        if (std::abs(position_of(driven) - at) > units::rad(10.0) + *goal.speed_rad_s) {
-            return held_after(
-                session, driven,
-                {.code = Errc::unsupported,
-                 .detail = fmt::format("{} stays behind at {:.2f} deg and is told to hold; is something in "
-                                       "its way?",
-                                       driven.device.name, units::deg(position_of(driven)))});
+        if (const auto here = position_of(driven);
+            here && std::abs(*here - at) > units::rad(10.0) + *goal.speed_rad_s) {
+            return give_up(session, driven, goal,
+                           {.code = Errc::unsupported,
+                            .detail = fmt::format("{} stays behind at {}; is something in its way?", driven.device.name,
+                                                  place_of(driven))});
         }
         if (is_last)
             return std::nullopt;
@@ -165,9 +178,8 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
         const auto code = sent.error().code;
         if (code == Errc::stopped)
             return stop_here(session, driven);
-        if (may_pass(code))
-            return held_after(session, driven, sent.error());
-        return std::unexpected(sent.error());
+        return may_pass(code) ? held_after(session, driven, sent.error())
+                              : give_up(session, driven, goal, sent.error());
     }
     return follow(words, session, driven, goal, tolerance_rad, started);
 }

@@ -11,6 +11,7 @@ struct Goal {
     Duration limit = std::chrono::seconds(60); ///< gives up after this time
     /// Where the device knows no speed for a move: it is led there in small steps.
     bool in_steps = false;
+    bool holds_if_it_fails = false; ///< else it goes on to where it was sent
 };
 
 /// Sends it there and shows it until it has arrived, stands still or the time is over. Ctrl-C makes it hold.

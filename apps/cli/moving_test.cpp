@@ -60,11 +60,11 @@ TEST_P(MovingTest, ASecondInterruptDoesNotCancelTheClosingHold)
     clear_interrupt();
 
     for (const auto time : {std::chrono::milliseconds(500), std::chrono::milliseconds(1000)}) {
-        const double before = position_of(*driven);
+        const double before = position_of(*driven).value();
         wait_until(session, session.clock().now() + time);
         ASSERT_TRUE(read_state(*driven, actuator::Depth::motion));
         if (time == std::chrono::milliseconds(1000)) {
-            EXPECT_NEAR(position_of(*driven), before, 0.01);
+            EXPECT_NEAR(position_of(*driven).value(), before, 0.01);
         }
     }
 }
@@ -120,7 +120,7 @@ TEST(Moving, AHoldThatWasLostOnTheWireIsToldAgain)
         const auto rest = [&] {
             for (int again = 0; again < 10; ++again)
                 if (read_state(*driven, actuator::Depth::motion))
-                    return position_of(*driven);
+                    return position_of(*driven).value();
             return std::numeric_limits<double>::quiet_NaN();
         };
         const double before = rest();

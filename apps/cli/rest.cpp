@@ -2,6 +2,7 @@
 
 #include "apps/cli/exit_codes.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/hold_unseen.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -14,23 +15,76 @@ constexpr Duration longest_look = std::chrono::seconds(2);
 constexpr int looks_until_it_is_told_again = 4;
 constexpr int attempts = 3; ///< at a hold or a release that is not confirmed
 
-std::expected<Rest, Error> tell(Driven& driven, Otherwise otherwise)
+/// Undisturbed; and a Ctrl-C that nobody has seen yet is kept for who asks next.
+class InterruptKept
 {
-    auto held = hold(driven);
-    for (int again = 1; !held && may_pass(held.error().code) && again < attempts; ++again)
-        held = hold(driven);
-    if (held)
-        return Rest::holds;
-    if (otherwise == Otherwise::nothing)
-        return std::unexpected(held.error());
-    const auto released = let_go(driven);
-    return released ? std::expected<Rest, Error>(Rest::released) : std::unexpected(released.error());
+public:
+    InterruptKept() = default;
+    ~InterruptKept()
+    {
+        if (came_before_)
+            interrupt();
+    }
+    InterruptKept(const InterruptKept&) = delete;
+    InterruptKept& operator=(const InterruptKept&) = delete;
+
+private:
+    bool came_before_ = interrupted();
+    Undisturbed undisturbed_;
+};
+
+/// What a device was told, and what it said to that.
+struct Telling {
+    Rest rest = Rest::holds;
+    std::expected<void, Error> confirmed;
+};
+
+template <class Do>
+std::expected<void, Error> until_confirmed(const Do& once)
+{
+    std::expected<void, Error> done = once();
+    for (int again = 1; !done && may_pass(done.error().code) && again < attempts; ++again)
+        done = once();
+    return done;
+}
+
+std::expected<void, Error> carry_out_planned(Driven& driven, const std::expected<wire::Requests, Error>& planned)
+{
+    return planned ? carry_out(driven, *planned) : std::unexpected(planned.error());
+}
+
+/// A device that must be told where to hold, and does not say where it is, is told what stops it all the same.
+Telling tell_to_hold(Driven& driven)
+{
+    const actuator::Command hold{.mode = actuator::Mode::hold};
+    auto planned = driven.driver->plan(hold, {});
+    if (!planned) {
+        const auto read = read_state(driven, actuator::Depth::motion);
+        planned = read ? driven.driver->plan(hold, driven.state) : std::unexpected(read.error());
+    }
+    if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake)
+        return {Rest::braked, carry_out_planned(driven, driven.driver->plan({.mode = actuator::Mode::brake}, {}))};
+    return {Rest::holds, carry_out_planned(driven, planned)};
+}
+
+Telling tell(Driven& driven, Otherwise otherwise)
+{
+    Telling told;
+    told.confirmed = until_confirmed([&] {
+        told = tell_to_hold(driven);
+        return told.confirmed;
+    });
+    // A brake that nobody acknowledged may be on; letting go would undo it.
+    const bool may_brake = told.rest == Rest::braked && (told.confirmed || may_pass(told.confirmed.error().code));
+    if (told.confirmed || may_brake || otherwise == Otherwise::nothing)
+        return told;
+    return {Rest::released, let_go(driven)};
 }
 
 /// What was refused once is refused again; what was not heard, or not sent for want of a link, is not.
-bool is_worth_another(const std::expected<Rest, Error>& told)
+bool is_worth_another(const Telling& told)
 {
-    return told || may_pass(told.error().code) || told.error().code == Errc::link_lost;
+    return told.confirmed || may_pass(told.confirmed.error().code) || told.confirmed.error().code == Errc::link_lost;
 }
 
 /// Lost links come back meanwhile.
@@ -39,73 +93,92 @@ void pause(Session& session)
     const auto buses = session.buses();
     for (const TimePoint next = session.clock().now() + between_looks;
          !interrupted() && session.clock().now() < next;) {
+        if (auto* guardian = session.guardian())
+            guardian->beat();
         for (auto* bus : buses)
             bus->tend();
         session.clock().wait({}, next);
     }
 }
 
-std::unexpected<Error> not_at_rest(const Driven& driven, const std::expected<Rest, Error>& told)
+std::string_view to_verb(Rest rest)
 {
-    if (!told)
-        return fail(told.error().code, fmt::format("{} did not confirm that it holds, so it may still turn: {}",
-                                                   driven.device.name, to_sentence(told.error())));
-    if (interrupted())
-        return fail(Errc::stopped, fmt::format("{} was told to {}, and nobody waited for it to stand still",
-                                               driven.device.name, *told == Rest::holds ? "hold" : "let go"));
-    return fail(Errc::timeout, fmt::format("{} was told to {}, but was not seen to stand still; switch its supply off "
-                                           "if it turns on",
-                                           driven.device.name, *told == Rest::holds ? "hold" : "let go"));
+    return rest == Rest::holds ? "hold" : rest == Rest::braked ? "brake" : "let go";
 }
 
-/// `told` is called as soon as the first command is out.
-template <class Told>
-std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, const Told& told)
+std::unexpected<Error> not_at_rest(const Driven& driven, const Telling& told)
 {
-    const Undisturbed undisturbed;
-    auto rest = tell(driven, otherwise);
-    told();
+    if (!told.confirmed)
+        return fail(told.confirmed.error().code,
+                    fmt::format("{} did not confirm that it {}, so it may still turn: {}", driven.device.name,
+                                told.rest == Rest::holds    ? "holds"
+                                : told.rest == Rest::braked ? "brakes"
+                                                            : "lets go",
+                                to_sentence(told.confirmed.error())));
+    if (interrupted())
+        return fail(Errc::stopped, fmt::format("{} was told to {}, and nobody waited for it to stand still",
+                                               driven.device.name, to_verb(told.rest)));
+    return fail(Errc::timeout, fmt::format("{} was told to {}, but was not seen to stand still; switch its supply off "
+                                           "if it turns on",
+                                           driven.device.name, to_verb(told.rest)));
+}
+
+/// Who asked for a stop learns that the frames are out, also where it was asked for while the motor is looked at.
+void say_that_it_is_told(Session& session)
+{
+    if (auto* guardian = session.guardian(); guardian != nullptr && guardian->stop_asked())
+        guardian->stop_begun();
+}
+
+/// `told`: what it was told last.
+std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
+{
+    told = tell(driven, otherwise);
     const double flicker_rad = driven.driver->capabilities().position_step_rad;
     const TimePoint end = session.clock().now() + longest_look;
     std::optional<double> before;
-    for (int look = 1; is_worth_another(rest) && !interrupted(); ++look) {
+    for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
+        if (told.confirmed)
+            say_that_it_is_told(session);
         (void)read_state(driven, actuator::Depth::motion);
         const auto here = driven.state.position_rad.optional();
-        if (rest && here && before && std::abs(*here - *before) <= flicker_rad)
-            return rest;
+        if (told.confirmed && here && before && std::abs(*here - *before) <= flicker_rad)
+            return told.rest;
         before = here;
         if (session.clock().now() >= end)
             break;
-        if (!rest || look % looks_until_it_is_told_again == 0)
-            rest = tell(driven, otherwise);
+        if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
+            told = tell(driven, otherwise);
         pause(session);
     }
-    return not_at_rest(driven, rest);
+    return not_at_rest(driven, told);
 }
 
 } // namespace
 
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise)
 {
-    return bring_to_rest(session, driven, otherwise, [] {});
+    const InterruptKept kept;
+    Telling told;
+    return bring_to_rest(session, driven, otherwise, told);
 }
 
 std::expected<void, Error> let_go(Driven& driven)
 {
-    const Undisturbed undisturbed;
+    const InterruptKept kept;
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
         return std::unexpected(requests.error());
-    auto released = carry_out(driven, *requests);
-    for (int again = 1; !released && may_pass(released.error().code) && again < attempts; ++again)
-        released = carry_out(driven, *requests);
-    return released;
+    return until_confirmed([&] { return carry_out(driven, *requests); });
 }
 
 std::string says_of(const Driven& driven, Rest rest)
 {
-    return rest == Rest::holds ? std::string{}
-                               : fmt::format("{} took no hold, so its torque is off", driven.device.name);
+    if (rest == Rest::holds)
+        return {};
+    return fmt::format("{} {}", driven.device.name,
+                       rest == Rest::braked ? "did not say where it was to hold, so it is only braked"
+                                            : "took no hold, so its torque is off");
 }
 
 std::unexpected<Error> held_after(Session& session, Driven& driven, Error why, Otherwise otherwise)
@@ -117,30 +190,32 @@ std::unexpected<Error> held_after(Session& session, Driven& driven, Error why, O
     return std::unexpected(std::move(why));
 }
 
-Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise)
+Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise, const std::function<void()>& before_words)
 {
     using Stopped = robot::StoppedBus::Outcome;
     auto* guardian = session.guardian();
-    if (was_suspension())
-        fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
     const Undisturbed undisturbed;
-    const auto rest = bring_to_rest(session, driven, otherwise, [&] {
-        if (guardian != nullptr)
-            guardian->stop_begun();
-    });
-    if (guardian != nullptr && guardian->stop_asked()) {
+    Telling told;
+    const auto rest = bring_to_rest(session, driven, otherwise, told);
+    // What was not obeyed is not called done: then the guardian sends its own.
+    if (guardian != nullptr && guardian->stop_asked() && told.confirmed) {
         guardian->stopped(0, rest ? Stopped::confirmed : Stopped::failed,
                           rest ? "" : "not confirmed by " + driven.device.name);
         guardian->stop_done();
     }
+    // Not before: a terminal that is gone, or takes nothing, must not keep the motor from being stopped.
+    if (before_words)
+        before_words();
+    if (was_suspension())
+        fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
     if (!rest && rest.error().code != Errc::stopped)
         return std::unexpected(rest.error());
     if (!rest)
         fmt::print(stderr, "Stopped: {}.\n", to_sentence(rest.error()));
     else if (*rest == Rest::holds)
-        fmt::print(stderr, "Stopped; it holds at {:.2f} deg.\n", units::deg(position_of(driven)));
+        fmt::print(stderr, "Stopped; it holds at {}.\n", place_of(driven));
     else
-        fmt::print(stderr, "Stopped at {:.2f} deg; {}.\n", units::deg(position_of(driven)), says_of(driven, *rest));
+        fmt::print(stderr, "Stopped at {}; {}.\n", place_of(driven), says_of(driven, *rest));
     return exit_interrupted;
 }
 

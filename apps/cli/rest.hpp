@@ -1,6 +1,8 @@
 #pragma once
 #include "apps/cli/joint.hpp"
 
+#include <functional>
+
 /// How what moves comes to rest: the one stop of all verbs, which is looked at and not only told.
 namespace sinew::cli {
 
@@ -8,24 +10,31 @@ namespace sinew::cli {
 enum class Otherwise { nothing, release };
 
 /// What a device does where it stands.
-enum class Rest { holds, released };
+enum class Rest {
+    holds,
+    braked, ///< it must be told where to hold, and did not say where it was
+    released,
+};
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
-/// been lost. No signal cuts the telling short. `timeout` and the like: it did not confirm, or was not seen to stand
-/// still, and the sentence says that it may still turn. `stopped`: it was told, and a Ctrl-C that came meanwhile ended
-/// the looking.
+/// been lost. What must be told where to hold, and does not say where it is, is braked. No signal cuts the telling
+/// short, and one that came before is still there afterwards. `timeout` and the like: it did not confirm, or was not
+/// seen to stand still, and the sentence says that it may still turn. `stopped`: it was told, and a Ctrl-C that came
+/// meanwhile ended the looking.
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
 
-/// Takes the torque off, again where the device does not confirm. No further signal cuts it short.
+/// Takes the torque off, again where the device does not confirm. Signals are as above.
 std::expected<void, Error> let_go(Driven& driven);
 
 /// Comes to rest because of an error, which then also says what is not as it should be: a device that did not confirm,
-/// or that took no hold.
+/// or that took no hold. Signals are as above.
 std::unexpected<Error> held_after(Session& session, Driven& driven, Error why,
                                   Otherwise otherwise = Otherwise::nothing);
 
-/// Comes to rest after Ctrl-C and says how. Another Ctrl-C only ends the waiting for it to stand still.
-Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
+/// Comes to rest after Ctrl-C, which has been seen then, and says how; `before_words` is called when it is at rest, and
+/// nothing is written before. Another Ctrl-C only ends the waiting for it to stand still.
+Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing,
+                  const std::function<void()>& before_words = {});
 
 /// What a person is told of a device that took no hold; empty where it holds.
 std::string says_of(const Driven& driven, Rest rest);

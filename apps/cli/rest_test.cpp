@@ -17,15 +17,21 @@ using namespace std::chrono_literals;
 
 using Plan = std::expected<wire::Requests, Error>;
 
-/// A driver whose holds are what a test makes of them.
+/// What cannot be seen of a device, from now on.
+struct Hidden {
+    int looks = 0;     ///< that are answered by nothing that counts
+    int positions = 0; ///< that an answer does not say
+};
+
+/// A driver whose holds and looks are what a test makes of them.
 class OtherHold final : public actuator::Driver
 {
 public:
     /// The hold as it should be, and how many were asked for before.
     using Change = std::function<Plan(Plan hold, int before)>;
 
-    OtherHold(std::unique_ptr<actuator::Driver> driver, Change change)
-        : driver_(std::move(driver)), change_(std::move(change))
+    OtherHold(std::unique_ptr<actuator::Driver> driver, Change change, Hidden& hidden)
+        : driver_(std::move(driver)), change_(std::move(change)), hidden_(hidden)
     {
     }
     const actuator::Capabilities& capabilities() const override { return driver_->capabilities(); }
@@ -36,6 +42,8 @@ public:
     }
     Plan plan_read(actuator::Depth depth, double resolution_rad) override
     {
+        hides_look_ = hidden_.looks > 0 && hidden_.looks-- > 0;
+        hides_position_ = hidden_.positions > 0 && hidden_.positions-- > 0;
         return driver_->plan_read(depth, resolution_rad);
     }
     Plan plan_cycle(const actuator::Command& command, const actuator::State& state) override
@@ -45,7 +53,12 @@ public:
     std::expected<void, Error> absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at,
                                       actuator::State& state) override
     {
-        return driver_->absorb(asked, reply, at, state);
+        if (hides_look_)
+            return fail(Errc::timeout, "it says nothing");
+        auto absorbed = driver_->absorb(asked, reply, at, state);
+        if (hides_position_)
+            state.position_rad = {};
+        return absorbed;
     }
     Plan plan_settings() override { return driver_->plan_settings(); }
     Plan plan_reset_check() override { return driver_->plan_reset_check(); }
@@ -54,8 +67,15 @@ public:
 private:
     std::unique_ptr<actuator::Driver> driver_;
     Change change_;
+    Hidden& hidden_;
     int holds_ = 0;
+    bool hides_look_ = false, hides_position_ = false;
 };
+
+Plan as_it_is(Plan hold, int)
+{
+    return hold;
+}
 
 /// Never on the wire, and nobody notices.
 Plan lost(const Plan&, int)
@@ -81,7 +101,7 @@ protected:
         auto device = target(words);
         auto driven = device ? drive(session, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(driven) << to_sentence(driven.error());
-        driven->driver = std::make_unique<OtherHold>(std::move(driven->driver), std::move(change));
+        driven->driver = std::make_unique<OtherHold>(std::move(driven->driver), std::move(change), hidden);
         EXPECT_TRUE(set_up(*driven));
         EXPECT_TRUE(read_state(*driven, actuator::Depth::full));
         const auto turn = driven->driver->plan({.mode = actuator::Mode::velocity, .velocity_rad_s = 0.3}, {});
@@ -92,12 +112,32 @@ protected:
 
     bool is_at_rest(Driven& driven)
     {
-        const auto place = [&] { return read_state(driven, actuator::Depth::motion) ? position_of(driven) : NAN; };
+        const auto place = [&] {
+            return read_state(driven, actuator::Depth::motion) ? position_of(driven).value_or(NAN) : NAN;
+        };
         const double before = place();
         wait_until(session, session.clock().now() + 500ms);
         return std::abs(place() - before) < 0.01;
     }
 
+    /// A guardian that reaches no bus, so that only its answer counts.
+    void guard(const Driven& driven)
+    {
+        Device on_a_port = driven.device;
+        on_a_port.link = "serial:/dev/sinew-is-not-here";
+        ASSERT_TRUE(session.guard(on_a_port));
+    }
+
+    /// Returns when it is asked for, not when it is answered.
+    std::future<std::expected<robot::StoppedProgram, Error>> ask_for_a_stop()
+    {
+        auto answer = std::async(std::launch::async, [] { return robot::stop_program(::getpid()); });
+        while (!session.guardian()->stop_asked())
+            std::this_thread::yield();
+        return answer;
+    }
+
+    Hidden hidden;
     Session session;
 };
 
@@ -196,18 +236,95 @@ TEST_F(RestTest, AStopIsNotCalledBegunBeforeItsFramesAreOut)
             frames_are_out = answer.wait_for(60s) != std::future_status::ready;
         return hold;
     });
-    Device on_a_port = driven.device;
-    on_a_port.link = "serial:/dev/sinew-is-not-here";
-    ASSERT_TRUE(session.guard(on_a_port));
-    answer = std::async(std::launch::async, [] { return robot::stop_program(::getpid()); });
-    while (!session.guardian()->stop_asked())
-        std::this_thread::yield();
+    guard(driven);
+    answer = ask_for_a_stop();
     const auto stopped = stop_here(session, driven);
     EXPECT_TRUE(stopped) << to_sentence(stopped.error());
     EXPECT_FALSE(frames_are_out);
     const auto told = answer.get();
     ASSERT_TRUE(told) << to_sentence(told.error());
     EXPECT_TRUE(told->by_guardian);
+}
+
+TEST_F(RestTest, AHoldThatWasRefusedIsNotAStopThatWasObeyed)
+{
+    auto driven = turning("left_hip", refused);
+    guard(driven);
+    auto answer = ask_for_a_stop();
+    EXPECT_FALSE(stop_here(session, driven));
+    const auto told = answer.get();
+    ASSERT_TRUE(told) << to_sentence(told.error());
+    EXPECT_TRUE(told->by_guardian);
+}
+
+/// The line is being read then, and frames of the guardian would spoil what is read.
+TEST_F(RestTest, AStopThatIsAskedForWhileTheMotorIsLookedAtIsObeyedByTheProgram)
+{
+    constexpr auto until_the_guardian_does_it = 400ms; // 0.2 s, and the time to do it
+    std::future<std::expected<robot::StoppedProgram, Error>> answer;
+    bool by_program = false;
+    auto driven = turning("waist_yaw", [&](const Plan&, int before) -> Plan {
+        if (before == 1)
+            answer = ask_for_a_stop();
+        if (before == 2)
+            by_program = answer.wait_for(until_the_guardian_does_it) != std::future_status::ready;
+        return wire::Requests{};
+    });
+    guard(driven);
+    (void)stop_here(session, driven);
+    EXPECT_TRUE(by_program);
+    const auto told = answer.get();
+    ASSERT_TRUE(told) << to_sentence(told.error());
+    EXPECT_FALSE(told->by_guardian);
+}
+
+TEST_F(RestTest, AMotorThatCannotSayWhereItIsToHoldIsBraked)
+{
+    auto mute = turning("elbow", as_it_is);
+    hidden.looks = 1'000'000;
+    const auto rest = come_to_rest(session, mute);
+    hidden.looks = 0;
+    ASSERT_FALSE(rest);
+    EXPECT_NE(rest.error().detail.find("elbow was told to brake, but was not seen to stand still"), std::string::npos)
+        << rest.error().detail;
+    EXPECT_TRUE(is_at_rest(mute));
+
+    auto silent_for_a_while = turning("elbow", as_it_is);
+    hidden.looks = 3;
+    const auto held = come_to_rest(session, silent_for_a_while);
+    ASSERT_TRUE(held) << to_sentence(held.error());
+    EXPECT_EQ(*held, Rest::holds);
+}
+
+TEST_F(RestTest, ACtrlCThatNobodyHasSeenYetIsStillThereWhenTheMotorIsAtRest)
+{
+    auto driven = turning("waist_yaw", as_it_is);
+    (void)std::raise(SIGINT);
+    EXPECT_TRUE(come_to_rest(session, driven));
+    EXPECT_TRUE(interrupted());
+    (void)held_after(session, driven, {.code = Errc::bad_reply, .detail = "something was wrong"});
+    EXPECT_TRUE(interrupted());
+    EXPECT_TRUE(let_go(driven));
+    EXPECT_TRUE(interrupted());
+    clear_interrupt();
+}
+
+/// As a Nuri says none for one look when it goes beyond what its feedback can tell.
+TEST_F(RestTest, APlaceThatWasNotMeasuredIsNotTakenForZero)
+{
+    auto driven = turning("waist_yaw", as_it_is);
+    ASSERT_TRUE(come_to_rest(session, driven));
+    hidden.positions = 20;
+    Words words;
+    words.add("--json", "");
+    testing::internal::CaptureStdout();
+    const auto moved = move_to(words, session, driven, {.position_rad = 0.0, .speed_rad_s = 0.2});
+    (void)testing::internal::GetCapturedStdout();
+    ASSERT_TRUE(moved) << to_sentence(moved.error());
+    hidden.positions = 0;
+    ASSERT_TRUE(read_state(driven, actuator::Depth::motion));
+    ASSERT_TRUE(position_of(driven));
+    EXPECT_NEAR(*position_of(driven), 0.0, 0.01); // half a degree
 }
 
 } // namespace

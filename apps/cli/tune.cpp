@@ -204,9 +204,12 @@ Outcome run(const Words& words)
     auto driven = drive_and_read(session, std::move(*device));
     if (!driven)
         return std::unexpected(driven.error());
-    if (std::abs(position_of(*driven) - trial->to_rad) < no_step_rad)
-        return fail(Errc::bad_argument, fmt::format("{} stands at {:.2f} deg already; give another --to",
-                                                    driven->device.name, units::deg(position_of(*driven))));
+    const auto from = known_position_of(*driven);
+    if (!from)
+        return std::unexpected(from.error());
+    if (std::abs(*from - trial->to_rad) < no_step_rad)
+        return fail(Errc::bad_argument,
+                    fmt::format("{} stands at {} already; give another --to", driven->device.name, place_of(*driven)));
     return trial->gains.empty() ? as_it_is(words, session, *driven, *trial)
                                 : with_gains(words, session, *driven, *trial);
 }

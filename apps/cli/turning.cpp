@@ -57,12 +57,14 @@ actuator::Command command_for(const Turning& turning)
 }
 
 /// Beyond a limit of the robot file and still going on.
-bool leaves_limits(const config::Joint* joint, double here, double before)
+bool leaves_limits(const config::Joint* joint, double here, std::optional<double> before)
 {
     if (joint == nullptr)
         return false;
-    return (joint->position_max_rad.has_value() && here > *joint->position_max_rad && here > before) ||
-           (joint->position_min_rad.has_value() && here < *joint->position_min_rad && here < before);
+    const auto& most = joint->position_max_rad;
+    const auto& least = joint->position_min_rad;
+    return (most && here > *most && (!before || here > *before)) ||
+           (least && here < *least && (!before || here < *before));
 }
 
 /// With torque; without where holding is not possible, for nothing may go on turning.
@@ -153,7 +155,7 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
     if (!requests)
         return std::unexpected(requests.error());
     const TimePoint begin = session.clock().now();
-    double before = position_of(driven);
+    auto before = position_of(driven);
     auto done = carry_out(driven, *requests);
     for (int n = 1; done && !interrupted() && session.clock().now() - begin < turning.time; ++n) {
         wait_until(session, begin + n * tick);
@@ -162,24 +164,29 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
         done = read_state(driven, actuator::Depth::motion);
         if (!done)
             break;
-        const double here = position_of(driven);
+        const auto here = position_of(driven);
         if (n % ticks_per_line == 0)
             show_state(words, driven, session.clock().now() - begin);
-        if (leaves_limits(joint, here, before)) {
-            if (auto held = end_with_torque(session, driven); !held)
-                return std::unexpected(held.error());
-            fmt::print(stderr, "sinew: {} left its limits at {:.2f} deg and was stopped\n", driven.device.name,
-                       units::deg(here));
+        if (here && leaves_limits(joint, *here, before)) {
+            const auto left = fmt::format("{} left its limits at {}", driven.device.name, place_of(driven));
+            const auto rest = come_to_rest(session, driven, Otherwise::release);
+            if (!rest)
+                return fail(rest.error().code, fmt::format("{}; and {}", left, to_sentence(rest.error())));
+            const auto says = says_of(driven, *rest);
+            fmt::print(stderr, "sinew: {} and was stopped{}{}\n", left, says.empty() ? "" : "; ", says);
             return exit_at_limit;
         }
-        before = here;
+        if (here)
+            before = here;
     }
     if (interrupted())
         return stop_here(session, driven, Otherwise::release);
     if (!done)
         return held_after(session, driven, done.error(), Otherwise::release);
     const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : let_go(driven);
-    return ended ? Outcome(exit_done) : std::unexpected(ended.error());
+    if (!ended)
+        return std::unexpected(ended.error());
+    return interrupted() ? exit_interrupted : exit_done; // it came while the motor was brought to rest
 }
 
 } // namespace sinew::cli
