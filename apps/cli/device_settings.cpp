@@ -2,6 +2,7 @@
 
 #include "apps/cli/present.hpp"
 #include "sinew/base/bytes.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

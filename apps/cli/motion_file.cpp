@@ -1,6 +1,7 @@
 #include "apps/cli/motion_file.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -4,6 +4,7 @@
 #include "apps/cli/json.hpp"
 #include "apps/cli/motion_file.hpp"
 #include "apps/cli/presence.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <fmt/format.h>
 

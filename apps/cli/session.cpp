@@ -1,6 +1,7 @@
 #include "apps/cli/session.hpp"
 
 #include "sinew/family/drivers.hpp"
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/robot/hold_unseen.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include "apps/cli/joint.hpp"
 #include "sinew/base/bytes.hpp"
 #include "sinew/family/drivers.hpp"
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/sim/simulator.hpp"
 
 #include <algorithm>

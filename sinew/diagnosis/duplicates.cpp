@@ -1,5 +1,6 @@
 #include "sinew/base/units.hpp"
 #include "sinew/diagnosis/walk.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <cmath>

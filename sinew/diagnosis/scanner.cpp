@@ -1,6 +1,7 @@
 #include "sinew/diagnosis/scanner.hpp"
 
 #include "sinew/diagnosis/probes.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <map>

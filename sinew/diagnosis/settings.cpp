@@ -1,4 +1,5 @@
 #include "sinew/diagnosis/walk.hpp"
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/wire/by_name.hpp"
 #include "sinew/wire/values.hpp"
 

@@ -1,4 +1,5 @@
 #include "sinew/family/families.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <gtest/gtest.h>
 #include <map>

@@ -5,7 +5,9 @@
 #include "sinew/family/nuri/messages.hpp"
 #include "sinew/family/options.hpp"
 #include "sinew/family/rmd/framing.hpp"
+#include "sinew/family/rmd/messages.hpp"
 #include "sinew/family/sam/framing.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <array>
 

@@ -2,6 +2,7 @@
 
 #include "sinew/family/assumed.hpp"
 #include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

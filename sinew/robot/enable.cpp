@@ -1,4 +1,5 @@
 #include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/robot/core.hpp"
 #include "sinew/wire/by_name.hpp"
 

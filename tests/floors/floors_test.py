@@ -17,6 +17,7 @@ FORBIDDEN = {
     "sinew/family/sam/a.cpp": '#include "sinew/family/nuri/messages.hpp"',
     "sinew/bus/a.cpp": '#include "sinew/family/families.hpp"',
     "sinew/wire/b.cpp": "#include <toml++/toml.h>",
+    "sinew/family/rmd/models.hpp": '#include "sinew/family/rmd/messages.hpp"',
     "apps/cli/scan.cpp": "#include <CLI/CLI.hpp>",
 }
 FINE = {

@@ -1,3 +1,4 @@
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/sim/fault.hpp"
 #include "tests/robot/rig.hpp"
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/wire/values.hpp"
 #include "tests/robot/rig.hpp"
 

@@ -1,5 +1,6 @@
 #include "sinew/base/units.hpp"
 #include "sinew/family/nuri/messages.hpp"
+#include "sinew/family/rmd/messages.hpp"
 #include "sinew/sim/firmware/sam_device.hpp"
 #include "tests/scenario/robot.hpp"
 

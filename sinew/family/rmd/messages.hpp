@@ -1,4 +1,5 @@
 #pragma once
+#include "sinew/family/rmd/identifiers.hpp"
 #include "sinew/wire/message.hpp"
 
 #include <cstdint>
@@ -43,8 +44,6 @@ inline constexpr std::string_view encoder_width = "as wide as the encoder of the
 
 // ---- framing (L7-17, L193-201; R24) ----
 
-inline constexpr std::uint32_t identifier_base = 0x140;
-inline constexpr std::uint32_t multi_motor_identifier = 0x280;
 inline constexpr Range ids{1, 32};
 
 inline constexpr Field command_fields[] = {{.name = "command", .byte = 0, .kind = Kind::opcode}};

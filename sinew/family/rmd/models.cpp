@@ -141,6 +141,16 @@ const Model* find_model(std::string_view name)
     return find_by_name(models(), {}, name);
 }
 
+wire::Options Profile::options() const
+{
+    wire::Options out;
+    if (clear_error_reply == ClearErrorReply::own_9b)
+        out.bits |= clear_error_reply_9b;
+    if (reply_identifier_base != identifier_base)
+        out.can_reply_base = reply_identifier_base;
+    return out;
+}
+
 std::span<const Profile> profiles()
 {
     return lines;

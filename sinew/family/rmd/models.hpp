@@ -1,6 +1,6 @@
 #pragma once
 #include "sinew/base/time.hpp"
-#include "sinew/family/rmd/messages.hpp"
+#include "sinew/family/rmd/identifiers.hpp"
 #include "sinew/wire/profile.hpp"
 
 #include <array>
@@ -76,15 +76,7 @@ struct Profile {
         return max_speed_confirmed || max_speed_lsb_dps > 1.0 ? max_speed_lsb_dps : 1.0;
     }
     constexpr int sent_encoder_bits() const { return encoder_bits < 16 ? encoder_bits : 16; }
-    constexpr wire::Options options() const
-    {
-        wire::Options out;
-        if (clear_error_reply == ClearErrorReply::own_9b)
-            out.bits |= clear_error_reply_9b;
-        if (reply_identifier_base != identifier_base)
-            out.can_reply_base = reply_identifier_base;
-        return out;
-    }
+    wire::Options options() const;
 };
 
 /// "rmd-2.35" (the manual, default), "lk-2.35", "lk-2.36", "gyems-1.62", "myactuator-3".

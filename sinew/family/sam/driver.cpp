@@ -2,6 +2,7 @@
 
 #include "sinew/actuator/check.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,7 @@
 #include "sinew/family/sam/models.hpp"
+
 #include "sinew/family/lookup.hpp"
+#include "sinew/family/sam/messages.hpp"
 
 namespace sinew::sam {
 namespace {
@@ -186,6 +188,23 @@ const Model* find_model(std::uint8_t number)
         if (model.number == number)
             return &model;
     return nullptr;
+}
+
+bool Profile::answers(const wire::MessageInfo& message) const
+{
+    const bool is_ping = message.info.opcode == row<Ping>.info.opcode;
+    const bool is_read = !message.info.answered_as_command && (ping_is_read || !is_ping);
+    return response_level == 1 || (response_level == 0 && is_read);
+}
+
+wire::Options Profile::options() const
+{
+    wire::Options out;
+    if (quick_boundary_order == BoundaryOrder::lower_then_upper)
+        out.bits |= quick_boundary_lower_first;
+    if (quick_port_bits == PortBits::do_low)
+        out.bits |= quick_port_outputs_low;
+    return out;
 }
 
 std::span<const Profile> profiles()

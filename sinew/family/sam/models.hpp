@@ -1,7 +1,6 @@
 #pragma once
 #include "sinew/base/time.hpp"
 #include "sinew/base/units.hpp"
-#include "sinew/family/sam/messages.hpp"
 #include "sinew/wire/profile.hpp"
 
 #include <array>
@@ -19,9 +18,9 @@ namespace sinew::sam {
 /// One of the three coordinate systems of a device. They share their centre: `(raw - centre) * deg_per_unit` is the
 /// same shaft angle in each.
 struct PositionScale {
-    Range control;  ///< what may be commanded
-    Range sensor;   ///< what may be read
-    int centre = 0; ///< raw value of the shaft's middle position
+    wire::Range control; ///< what may be commanded
+    wire::Range sensor;  ///< what may be read
+    int centre = 0;      ///< raw value of the shaft's middle position
     double deg_per_unit = 0.0;
     double span_deg = 0.0; ///< printed width of the control range
 
@@ -88,8 +87,6 @@ enum class WheelReply : std::uint8_t { rotation_position, id_id };
 
 /// A firmware line and how its device is set, as a host must know it. Each field but `line` is a key of
 /// `[joint.NAME.profile_options]`.
-inline constexpr int ping_opcode = row<Ping>.info.opcode;
-
 struct Profile {
     wire::Profile line;
     BoundaryOrder quick_boundary_order = BoundaryOrder::upper_then_lower; ///< S32
@@ -102,21 +99,8 @@ struct Profile {
     bool i_gain_strict = false;     ///< S37: the run-time I gain takes 0 … 10 only
 
     /// Whether the device answers this message (L655, A.2).
-    constexpr bool answers(const wire::MessageInfo& message) const
-    {
-        const bool is_read = !message.info.answered_as_command && (ping_is_read || message.info.opcode != ping_opcode);
-        return response_level == 1 || (response_level == 0 && is_read);
-    }
-
-    constexpr wire::Options options() const
-    {
-        wire::Options out;
-        if (quick_boundary_order == BoundaryOrder::lower_then_upper)
-            out.bits |= quick_boundary_lower_first;
-        if (quick_port_bits == PortBits::do_low)
-            out.bits |= quick_port_outputs_low;
-        return out;
-    }
+    bool answers(const wire::MessageInfo& message) const;
+    wire::Options options() const;
 };
 
 /// "sam-1.0" only.

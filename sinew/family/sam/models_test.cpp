@@ -1,5 +1,7 @@
 #include "sinew/family/sam/models.hpp"
 
+#include "sinew/family/sam/messages.hpp"
+
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <numbers>

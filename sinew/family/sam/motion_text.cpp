@@ -1,6 +1,7 @@
 #include "sinew/family/sam/motion_text.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/family/sam/models.hpp"
 
 #include <array>

@@ -1,4 +1,5 @@
 #pragma once
+#include "sinew/family/sam/messages.hpp"
 #include "sinew/family/sam/models.hpp"
 #include "sinew/sim/firmware/device.hpp"
 #include "sinew/sim/firmware/dispatch.hpp"
