@@ -18,6 +18,7 @@ FORBIDDEN = {
     "sinew/bus/a.cpp": '#include "sinew/family/families.hpp"',
     "sinew/wire/b.cpp": "#include <toml++/toml.h>",
     "sinew/family/rmd/models.hpp": '#include "sinew/family/rmd/messages.hpp"',
+    "sinew/family/rmd/driver.hpp": '#include "sinew/family/rmd/lk.hpp"',
     "apps/cli/scan.cpp": "#include <CLI/CLI.hpp>",
 }
 FINE = {
