@@ -103,9 +103,7 @@ Outcome write_csv(const Words& words, Topic topic, Place& place, std::int64_t& r
         ++rows;
         return place.write(line + '\n');
     });
-    if (outcome)
-        place.write(head);
-    if (outcome && !interrupted())
+    if (outcome && place.write(head) && !interrupted()) // else not all of it was seen
         if (auto there = check_joints(*words.text("FILE"), words.all("--joint"), seen); !there)
             return std::unexpected(there.error());
     return outcome;

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <csignal>
+#include <filesystem>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <unistd.h>
 
 namespace sinew::cli {
@@ -35,6 +37,20 @@ private:
     std::array<int, 2> ends_{};
 };
 
+/// Whether what wakes whoever waits can be read.
+bool some_event_waits()
+{
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+        std::error_code none;
+        if (std::filesystem::read_symlink(entry.path(), none) != "anon_inode:[eventfd]")
+            continue;
+        pollfd event{.fd = std::stoi(entry.path().filename()), .events = POLLIN, .revents = 0};
+        if (::poll(&event, 1, 0) > 0)
+            return true;
+    }
+    return false;
+}
+
 TEST_F(InterruptTest, ACtrlCThatCameJustBeforeSomebodyWaitsIsNotMissed)
 {
     ::alarm(60); // instead of waiting for ever
@@ -47,7 +63,9 @@ TEST_F(InterruptTest, ACtrlCThatCameJustBeforeSomebodyWaitsIsNotMissed)
 TEST_F(InterruptTest, OneThatWasTakenBackEndsNoWait)
 {
     (void)std::raise(SIGINT);
+    EXPECT_TRUE(some_event_waits());
     clear_interrupt();
+    EXPECT_FALSE(some_event_waits());
     type("\n");
     EXPECT_EQ(wait_for_line(), Typed::enter);
 }

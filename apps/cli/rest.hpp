@@ -3,7 +3,8 @@
 
 #include <functional>
 
-/// How what moves comes to rest: the one stop of all verbs, which is looked at and not only told.
+/// How one device that moves comes to rest, looked at and not only told: for `move`, `home`, `tune` and `jog`. `stop`
+/// only tells, and `play` and `teach` have their robot do it (sinew/robot/stop.cpp).
 namespace sinew::cli {
 
 /// What a device that does not take a hold is told: nothing more, or to let go, for what turns without end.
@@ -23,7 +24,7 @@ enum class Rest {
 /// meanwhile ended the looking.
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
 
-/// Takes the torque off, again where the device does not confirm. Signals are as above.
+/// Takes the torque off, again where the device does not confirm; nobody looks. Signals are as above.
 std::expected<void, Error> let_go(Driven& driven);
 
 /// Comes to rest because of an error, which then also says what is not as it should be: a device that did not confirm,

@@ -58,7 +58,7 @@ Json settings_json(const config::DeviceEntry& entry)
 
 struct Described {
     Json says;
-    bool answers = false;
+    bool is_read = false;
 };
 
 /// One device, as far as it answers: what is wrong with it is what the snapshot is for.
@@ -189,15 +189,15 @@ Outcome run(const Words& words)
     std::map<bus::Bus*, Frames> frames; // outlives the buses that show theirs to it
     Session session;
     const TimePoint begin = session.clock().now();
-    Json all = Json::array(), silent = Json::array();
+    Json all = Json::array(), unread = Json::array();
     for (const auto& device : *devices) {
         progress(fmt::format("Reading {}", device.name));
         if (const auto bus = session.bus_of(device); bus && !frames.contains(*bus))
             (*bus)->set_tap([&into = frames[*bus]](const bus::Tapped& seen) { keep(into, seen); });
         auto described = describe(session, device);
         all.add(std::move(described.says));
-        if (!described.answers)
-            silent.add(device.name);
+        if (!described.is_read)
+            unread.add(device.name);
     }
     end_progress();
     Json buses = Json::array();
@@ -218,7 +218,7 @@ Outcome run(const Words& words)
                             {"private", private_json(*devices, robot && with_private, with_private)},
                             {"buses", static_cast<std::int64_t>(frames.size())},
                             {"devices", static_cast<std::int64_t>(devices->size())},
-                            {"silent", std::move(silent)}}));
+                            {"unread", std::move(unread)}}));
     fmt::print(stderr, "{} is written; read it before you send it to anybody.\n", *path);
     return exit_done;
 }

@@ -315,9 +315,9 @@ class Snapshot(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "bug.json")
             done = as_json("snapshot", *SIM, "--output", path, "--yes")
-            self.assertEqual(done, {"file": path, "private": ["robot_file", "links"], "buses": 3, "devices": 16, "silent": []})
+            self.assertEqual(done, {"file": path, "private": ["robot_file", "links"], "buses": 3, "devices": 16, "unread": []})
             done = as_json("snapshot", "elbow", *SIM, "--output", path, "--yes", "--no-private")
-            self.assertEqual(done, {"file": path, "private": ["links"], "buses": 1, "devices": 1, "silent": []})
+            self.assertEqual(done, {"file": path, "private": ["links"], "buses": 1, "devices": 1, "unread": []})
 
     def test_who_does_not_answer_is_in_it_with_what_went_wrong(self):
         with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot, tempfile.TemporaryDirectory() as folder:
@@ -326,7 +326,7 @@ class Snapshot(unittest.TestCase):
             robot.flush()
             path = os.path.join(folder, "bug.json")
             done = as_json("snapshot", "elbow", "--robot", robot.name, "--sim", "--output", path, "--yes")
-            self.assertEqual(done["silent"], ["elbow"])
+            self.assertEqual(done["unread"], ["elbow"])
             with open(path, encoding="utf-8") as file:
                 device = json.load(file)["devices"][0]
             self.assertEqual(device["state"]["error"]["code"], "timeout")

@@ -303,6 +303,15 @@ class Record(InFolder):
         self.assertEqual(got["rows"], mcap.read(self.run_file)["statistics"]["by_topic"]["/bus/legs"])
         self.refused(["export", self.run_file, "--json"], 2, "--out FILE")
 
+    def test_an_export_to_a_full_disk_does_not_say_that_a_joint_is_missing(self):
+        file = self.path("states.csv")
+        done = subprocess.run([SINEW, "export", self.run_file, "--joint", "elbow", "--joint", "left_hip", "--out", file],
+                              capture_output=True, text=True, timeout=PATIENCE, env=environment(), cwd=SOURCE, preexec_fn=full_disk(10))
+        self.assertEqual((done.returncode, done.stdout), (9, ""), done.stderr)
+        self.assertIn("states.csv", done.stderr)
+        self.assertNotIn("has nothing of", done.stderr)
+        self.assertEqual(os.listdir(self.folder), [])
+
     def test_a_full_disk_is_a_sentence_and_what_was_recorded_stays_whole(self):
         os.symlink("/dev/full", self.path("full.mcap"))
         self.refused(["record", self.path("full.mcap"), *ROBOT, "--for", "1s"], 9, "No space left")

@@ -5,6 +5,7 @@ import re
 import shlex
 import tempfile
 import unittest
+from unittest import mock
 
 import examples_test
 from support import DEMO, Simulator, Terminal, sinew
@@ -69,7 +70,9 @@ class Verbs(unittest.TestCase):
         cls.verbs = json.loads(sinew("help", "--json").stdout)
         cls.names = {verb["name"] for verb in cls.verbs}
         cls.folder = tempfile.TemporaryDirectory()
-        os.environ["XDG_RUNTIME_DIR"] = cls.folder.name
+        before = mock.patch.dict(os.environ, {"XDG_RUNTIME_DIR": cls.folder.name})
+        before.start()
+        cls.addClassCleanup(before.stop)
         path = lambda name: os.path.join(cls.folder.name, name)  # noqa: E731
         with open(DEMO, encoding="utf-8") as file:
             text = file.read()
@@ -86,7 +89,6 @@ class Verbs(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         cls.sim.close()
-        del os.environ["XDG_RUNTIME_DIR"]
         cls.folder.cleanup()
 
     def words(self, verb, line):
