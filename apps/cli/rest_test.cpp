@@ -1,6 +1,7 @@
 #include "apps/cli/home_stop.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/turning.hpp"
 
 #include <csignal>
 #include <fmt/format.h>
@@ -120,6 +121,16 @@ protected:
         return std::abs(place() - before) < 0.01;
     }
 
+    /// What the robot file says of it, for this test alone.
+    static config::Joint& joint_of(Driven& driven)
+    {
+        auto file = std::make_shared<config::RobotFile>(*driven.device.file);
+        auto& joint = file->joints[static_cast<std::size_t>(driven.device.joint - driven.device.file->joints.data())];
+        driven.device.joint = &joint;
+        driven.device.file = file;
+        return joint;
+    }
+
     /// A guardian that reaches no bus, so that only its answer counts.
     void guard(const Driven& driven)
     {
@@ -166,17 +177,26 @@ TEST_F(RestTest, WhateverEndsAMotionIsToldAgainUntilTheMotorIsSeenAtRest)
 TEST_F(RestTest, ASearchForAStopThatFindsNoneEndsAtRest)
 {
     auto driven = turning("waist_yaw", lost_at_first);
-    auto file = std::make_shared<config::RobotFile>(*driven.device.file);
-    auto& joint = file->joints[static_cast<std::size_t>(driven.device.joint - driven.device.file->joints.data())];
-    joint.home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2};
-    driven.device.joint = &joint;
-    driven.device.file = file;
+    joint_of(driven).home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2};
     Words words;
     words.add("--json", "");
     const auto found = find_stop(words, session, driven, 500ms);
     ASSERT_FALSE(found);
     EXPECT_NE(found.error().detail.find("has found no stop"), std::string::npos) << found.error().detail;
     EXPECT_TRUE(is_at_rest(driven));
+}
+
+TEST_F(RestTest, ALimitThatWasLeftIsToldAlsoWhereTheMotorTurnsOn)
+{
+    auto driven = turning("waist_yaw", lost);
+    joint_of(driven).position_max_rad = 0.0;
+    Words words;
+    words.add("--json", "");
+    const auto ended = turn_on(words, session, driven,
+                               {.mode = actuator::Mode::velocity, .value = 0.3, .time = std::chrono::seconds(5)});
+    ASSERT_FALSE(ended);
+    for (const auto* part : {"waist_yaw left its limits at", "not seen to stand still"})
+        EXPECT_NE(ended.error().detail.find(part), std::string::npos) << ended.error().detail;
 }
 
 TEST_F(RestTest, AMotorThatTurnsOnIsNotSaidToHaveStopped)
