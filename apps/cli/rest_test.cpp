@@ -186,6 +186,26 @@ TEST_F(RestTest, ASearchForAStopThatFindsNoneEndsAtRest)
     EXPECT_TRUE(is_at_rest(driven));
 }
 
+TEST_F(RestTest, AStopThatFailedIsNotTriedOnceMoreNorToldTwice)
+{
+    int holds = 0;
+    auto driven = turning("left_hip", [&](const Plan&, int before) {
+        holds = before + 1;
+        return refused({}, before);
+    });
+    Words words;
+    words.add("--json", "");
+    const auto refusal = come_to_rest(session, driven);
+    ASSERT_FALSE(refusal);
+    const int holds_of_one_stop = holds;
+    (void)std::raise(SIGINT);
+    const auto moved = move_to(words, session, driven, {.position_rad = 1.0, .holds_if_it_fails = true});
+    clear_interrupt();
+    ASSERT_FALSE(moved);
+    EXPECT_EQ(moved.error().detail, refusal.error().detail);
+    EXPECT_EQ(holds, 2 * holds_of_one_stop);
+}
+
 TEST_F(RestTest, ALimitThatWasLeftIsToldAlsoWhereTheMotorTurnsOn)
 {
     auto driven = turning("waist_yaw", lost);
