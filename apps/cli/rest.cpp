@@ -33,12 +33,6 @@ private:
     Undisturbed undisturbed_;
 };
 
-/// What a device was told, and what it said to that.
-struct Telling {
-    Rest rest = Rest::holds;
-    std::expected<void, Error> confirmed;
-};
-
 template <class Do>
 std::expected<void, Error> until_confirmed(const Do& once)
 {
@@ -51,20 +45,6 @@ std::expected<void, Error> until_confirmed(const Do& once)
 std::expected<void, Error> carry_out_planned(Driven& driven, const std::expected<wire::Requests, Error>& planned)
 {
     return planned ? carry_out(driven, *planned) : std::unexpected(planned.error());
-}
-
-/// A device that must be told where to hold, and does not say where it is, is told what stops it all the same.
-Telling tell_to_hold(Driven& driven)
-{
-    const actuator::Command hold{.mode = actuator::Mode::hold};
-    auto planned = driven.driver->plan(hold, {});
-    if (!planned) {
-        const auto read = read_state(driven, actuator::Depth::motion);
-        planned = read ? driven.driver->plan(hold, driven.state) : std::unexpected(read.error());
-    }
-    if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake)
-        return {Rest::braked, carry_out_planned(driven, driven.driver->plan({.mode = actuator::Mode::brake}, {}))};
-    return {Rest::holds, carry_out_planned(driven, planned)};
 }
 
 Telling tell(Driven& driven, Otherwise otherwise)
@@ -155,6 +135,19 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
 }
 
 } // namespace
+
+Telling tell_to_hold(Driven& driven)
+{
+    const actuator::Command hold{.mode = actuator::Mode::hold};
+    auto planned = driven.driver->plan(hold, {});
+    if (!planned) {
+        const auto read = read_state(driven, actuator::Depth::motion);
+        planned = read ? driven.driver->plan(hold, driven.state) : std::unexpected(read.error());
+    }
+    if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake)
+        return {Rest::braked, carry_out_planned(driven, driven.driver->plan({.mode = actuator::Mode::brake}, {}))};
+    return {Rest::holds, carry_out_planned(driven, planned)};
+}
 
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise)
 {

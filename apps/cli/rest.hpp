@@ -17,8 +17,18 @@ enum class Rest {
     released,
 };
 
+/// What a device was told, and what it said to that.
+struct Telling {
+    Rest rest = Rest::holds;
+    std::expected<void, Error> confirmed;
+};
+
+/// Once; nobody looks. Where the protocol can hold without knowing the position nothing is read first; what must be
+/// told where to hold, and does not say where it is, is braked.
+Telling tell_to_hold(Driven& driven);
+
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
-/// been lost. What must be told where to hold, and does not say where it is, is braked. No signal cuts the telling
+/// been lost. No signal cuts the telling
 /// short, and one that came before is still there afterwards. `timeout` and the like: it did not confirm, or was not
 /// seen to stand still, and the sentence says that it may still turn. `stopped`: it was told, and a Ctrl-C that came
 /// meanwhile ended the looking.

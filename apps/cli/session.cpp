@@ -222,18 +222,6 @@ bool may_pass(Errc code)
     return code >= Errc::timeout && code <= Errc::bad_reply;
 }
 
-std::expected<void, Error> hold(Driven& driven)
-{
-    const actuator::Command command{.mode = actuator::Mode::hold};
-    auto requests = driven.driver->plan(command, {});
-    if (!requests) {
-        if (auto read = read_state(driven, actuator::Depth::motion); !read)
-            return read;
-        requests = driven.driver->plan(command, driven.state);
-    }
-    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
-}
-
 std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request)
 {
     bus::Result result;

@@ -136,8 +136,6 @@ std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& reque
 std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);
 /// Whether the same words may be understood the next time: the line is there, and the answer is missing or spoiled.
 bool may_pass(Errc code);
-/// Stays where it is, with torque. Where the protocol can hold without knowing the position nothing is read first.
-std::expected<void, Error> hold(Driven& driven);
 
 /// One request; no values where no answer is due.
 std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request);

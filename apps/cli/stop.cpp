@@ -1,6 +1,7 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/joint.hpp"
 #include "apps/cli/present.hpp"
+#include "apps/cli/rest.hpp"
 #include "sinew/family/broadcast.hpp"
 #include "sinew/link/uri.hpp"
 #include "sinew/robot/guardian.hpp"
@@ -27,9 +28,10 @@ struct Done {
 std::expected<Told, Error> stop_driven(Driven& driven, bool keep_torque)
 {
     if (keep_torque) {
-        if (auto held = hold(driven); !held)
-            return std::unexpected(held.error());
-        return Told{"told to hold", false};
+        const Telling told = tell_to_hold(driven);
+        if (!told.confirmed)
+            return std::unexpected(told.confirmed.error());
+        return Told{told.rest == Rest::braked ? "braked, for it does not say where it is" : "told to hold", false};
     }
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
