@@ -3,6 +3,7 @@
 #include "sinew/bus/fake_family.hpp"
 
 #include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -193,6 +194,16 @@ TEST(Conversation, QuarantinesALineOfBareRepliesUntilItIsSilentAndTheDeviceNames
     EXPECT_EQ(talk.results[0].reply()->data[0], 8);
 }
 
+TEST(Conversation, TakesNoBareBytesForAnAnswerThatCameBeforeTheRequest)
+{
+    Talk talk(bare);
+    talk.ask(std::pair{3, fake::BareRead{}});
+    talk.sent();
+    talk.conversation.received(std::vector<std::uint8_t>{7, 7}, talk.now - 1ms);
+    EXPECT_FALSE(talk.done());
+    EXPECT_EQ(talk.conversation.counters().strays, 2U);
+}
+
 TEST(Conversation, ProbesALineThatNeverFallsSilentAfterAWhile)
 {
     Talk talk(bare);
@@ -279,6 +290,22 @@ TEST(Conversation, EndsEveryRequestAtOnceWhileAStopIsOnItsWay)
         EXPECT_EQ(talk.results[i].error.id, static_cast<int>(i) + 1);
     }
     EXPECT_EQ(talk.sent(), stop.frame);
+}
+
+TEST(Conversation, EndsEveryStopThatCouldNotGoOutAnyMore)
+{
+    Talk talk(framed);
+    const std::array stops = {*wire::make_request(8, fake::Set{}), *wire::make_request(9, fake::Set{})};
+    std::array<Result, 2> stopped;
+    talk.ask(std::pair{1, fake::Read{}});
+    talk.sent();
+    talk.conversation.begin_stop(stops, stopped);
+    talk.conversation.abandon({.code = Errc::link_lost}, talk.now);
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+        EXPECT_EQ(stopped[i].reply().error().code, Errc::link_lost) << i;
+        EXPECT_EQ(stopped[i].error.id, stops[i].id);
+    }
+    EXPECT_FALSE(talk.conversation.busy());
 }
 
 TEST(Conversation, FindsWhoseAnswerItIsOnCanInWhateverOrderTheyCome)
