@@ -192,6 +192,28 @@ TEST(Conversation, QuarantinesALineOfBareRepliesUntilItIsSilentAndTheDeviceNames
     talk.hear({8, 8});
     EXPECT_TRUE(talk.done());
     EXPECT_EQ(talk.results[0].reply()->data[0], 8);
+    EXPECT_EQ(talk.conversation.counters().quarantines, 1U);
+}
+
+TEST(Conversation, CountsHalfABareAnswerAsBytesOfNobody)
+{
+    Talk talk(bare);
+    talk.ask(std::pair{3, fake::BareRead{}});
+    talk.sent();
+    talk.hear({7});
+    talk.now = talk.deadline();
+    EXPECT_FALSE(talk.sent()) << "quarantine";
+    EXPECT_EQ(talk.conversation.counters().strays, 1U);
+    EXPECT_EQ(talk.conversation.counters().timeouts, 1U);
+}
+
+TEST(Conversation, DropsWhatIsBufferedOnce)
+{
+    Talk talk(framed);
+    talk.hear({0x55, 3});
+    talk.conversation.distrust(talk.now);
+    talk.conversation.distrust(talk.now);
+    EXPECT_EQ(talk.conversation.counters().strays, 2U);
 }
 
 TEST(Conversation, TakesNoBareBytesForAnAnswerThatCameBeforeTheRequest)
