@@ -31,7 +31,12 @@ std::expected<Told, Error> stop_driven(Driven& driven, bool keep_torque)
         const Telling told = tell_to_hold(driven);
         if (!told.confirmed)
             return std::unexpected(told.confirmed.error());
-        return Told{told.rest == Rest::braked ? "braked, for it does not say where it is" : "told to hold", false};
+        if (told.rest == Rest::braked)
+            return std::unexpected(Error{.code = Errc::timeout,
+                                         .id = driven.device.id,
+                                         .detail = "it does not say where it is to hold; it was told to brake, and may "
+                                                   "not have heard that either"});
+        return Told{"told to hold", false};
     }
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
