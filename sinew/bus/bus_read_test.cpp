@@ -117,5 +117,13 @@ TEST_F(BusRead, OfOneRequestReadsOnWhereThereIsMore)
     EXPECT_EQ(bus_.conversation().counters().strays, 2U);
 }
 
+TEST_F(BusRead, OfOneRequestReadsOnceMoreWhereSomethingElseCameFirst)
+{
+    link_.portions = {{{answer(1)}}, {{answer(2)}}};
+    EXPECT_TRUE(bus_.call(2, fake::CanRead{}).has_value());
+    EXPECT_EQ(link_.reads, 2) << "a read of nothing costs a system call";
+    EXPECT_EQ(clock_.waits, 2);
+}
+
 } // namespace
 } // namespace sinew::bus

@@ -90,7 +90,7 @@ public:
     bool stopping() const { return unusual_.stop_due || unusual_.urgent; }
 
     Next next(TimePoint now);
-    /// So many of the frames that `next` gave out have been handed to the link at `now`.
+    /// So many of the frames that `next` gave out, and at least one, have been handed to the link at `now`.
     void transmitted(std::size_t count, TimePoint now);
     void received(std::span<const std::uint8_t> bytes, TimePoint at);
     void received(const wire::Frame& frame, TimePoint at);

@@ -57,8 +57,6 @@ void Conversation::transmitted(std::size_t count, TimePoint now)
 {
     if (line_.can)
         return transmitted_can(count, now);
-    if (count == 0)
-        return;
     const wire::Request& request = *current_request();
     Result& result = *current_result();
     const Exchange exchange = times_.predict(request);

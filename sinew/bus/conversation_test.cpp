@@ -1,6 +1,4 @@
-#include "sinew/bus/conversation.hpp"
-
-#include "sinew/bus/fake_family.hpp"
+#include "sinew/bus/fake_talk.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,51 +10,10 @@ namespace {
 
 using namespace std::chrono_literals;
 using fake::FakeProtocol;
-
-constexpr std::uint32_t bit_rate = 100'000; // a byte takes 100 µs
-constexpr Settings settings{
-    .margin_at_first = 10ms, .margin_least = 1ms, .late_max = 50ms, .read_retries = 1, .paced = false};
-
-/// A conversation with its requests and a clock that the test turns.
-struct Talk {
-    explicit Talk(const wire::Protocol& protocol, bool can = false)
-        : conversation(protocol, {.can = can, .bit_rate = bit_rate}, settings), on_can(can)
-    {
-    }
-
-    template <class... Messages>
-    void ask(std::pair<int, Messages>... asked)
-    {
-        requests = {*wire::make_request(asked.first, asked.second)...};
-        results.assign(requests.size(), {});
-        conversation.begin(requests, results);
-    }
-
-    /// What goes out now, if anything.
-    std::optional<wire::Frame> sent()
-    {
-        const auto next = conversation.next(now);
-        if (next.transmit.empty())
-            return std::nullopt;
-        EXPECT_TRUE(on_can || next.transmit.size() == 1) << "a serial line carries one request after the other";
-        const wire::Frame frame = next.transmit.front();
-        conversation.transmitted(1, now);
-        return frame;
-    }
-
-    TimePoint deadline() { return conversation.next(now).deadline; }
-    bool done() { return conversation.next(now).done; }
-    void hear(std::vector<std::uint8_t> bytes) { conversation.received(bytes, now); }
-
-    Conversation conversation;
-    bool on_can;
-    TimePoint now{1s};
-    std::vector<wire::Request> requests;
-    std::vector<Result> results;
-};
+using fake::settings;
+using fake::Talk;
 
 const FakeProtocol framed{false};
-const FakeProtocol bare{true};
 
 TEST(Conversation, SendsARequestAndTakesItsAnswer)
 {
@@ -174,39 +131,6 @@ TEST(Conversation, MarksAnAnswerThatMayBelongToAnEarlierIdenticalRequest)
     EXPECT_FALSE(talk.results[0].possibly_older);
 }
 
-TEST(Conversation, QuarantinesALineOfBareRepliesUntilItIsSilentAndTheDeviceNamesItself)
-{
-    Talk talk(bare);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    talk.sent();
-    talk.now = talk.deadline();
-    const TimePoint quiet = talk.deadline();
-    EXPECT_EQ(quiet - talk.now, settings.late_max) << "nothing goes out in quarantine";
-    talk.now += 10ms;
-    talk.hear({7, 7}); // the late answer
-    EXPECT_EQ(talk.deadline(), talk.now + settings.late_max) << "the silence starts again";
-    talk.now = talk.deadline();
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
-    talk.hear({3, 3});
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareRead{}));
-    talk.hear({8, 8});
-    EXPECT_TRUE(talk.done());
-    EXPECT_EQ(talk.results[0].reply()->data[0], 8);
-    EXPECT_EQ(talk.conversation.counters().quarantines, 1U);
-}
-
-TEST(Conversation, CountsHalfABareAnswerAsBytesOfNobody)
-{
-    Talk talk(bare);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    talk.sent();
-    talk.hear({7});
-    talk.now = talk.deadline();
-    EXPECT_FALSE(talk.sent()) << "quarantine";
-    EXPECT_EQ(talk.conversation.counters().strays, 1U);
-    EXPECT_EQ(talk.conversation.counters().timeouts, 1U);
-}
-
 TEST(Conversation, DropsWhatIsBufferedOnce)
 {
     Talk talk(framed);
@@ -214,72 +138,6 @@ TEST(Conversation, DropsWhatIsBufferedOnce)
     talk.conversation.distrust(talk.now);
     talk.conversation.distrust(talk.now);
     EXPECT_EQ(talk.conversation.counters().strays, 2U);
-}
-
-TEST(Conversation, TakesNoBareBytesForAnAnswerThatCameBeforeTheRequest)
-{
-    Talk talk(bare);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    talk.sent();
-    talk.conversation.received(std::vector<std::uint8_t>{7, 7}, talk.now - 1ms);
-    EXPECT_FALSE(talk.done());
-    EXPECT_EQ(talk.conversation.counters().strays, 2U);
-}
-
-TEST(Conversation, ProbesALineThatNeverFallsSilentAfterAWhile)
-{
-    Talk talk(bare);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    talk.sent();
-    talk.now = talk.deadline();
-    const TimePoint start = talk.now;
-    std::optional<wire::Frame> probe;
-    while (!(probe = talk.sent()) && talk.now < start + 10s) {
-        talk.now += 20ms;
-        talk.hear({1});
-    }
-    EXPECT_EQ(probe, *wire::encode_request(3, fake::BarePing{}));
-    EXPECT_LE(talk.now - start, 10 * settings.late_max + 20ms);
-}
-
-TEST(Conversation, TrustsNoBareReplyAfterBytesThatNobodyAskedFor)
-{
-    Talk talk(bare);
-    talk.hear({1, 2, 3});
-    EXPECT_EQ(talk.conversation.counters().strays, 3U);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    EXPECT_EQ(talk.deadline() - talk.now, settings.late_max);
-    talk.now = talk.deadline();
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
-    talk.hear({3, 3});
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareRead{}));
-    talk.hear({8, 8});
-    EXPECT_EQ(talk.results[0].reply()->data[0], 8);
-}
-
-TEST(Conversation, WithholdsNoCommandFromADeviceWhoseAnswersDoNotComeThrough)
-{
-    Talk talk(bare);
-    talk.ask(std::pair{3, fake::BareSet{}}, std::pair{4, fake::BareSet{}});
-    std::vector<wire::Frame> sent;
-    for (int i = 0; i < 20 && !talk.done(); ++i) {
-        if (const auto frame = talk.sent())
-            sent.push_back(*frame);
-        else
-            talk.now = talk.deadline();
-    }
-    EXPECT_EQ(std::ranges::count(sent, *wire::encode_request(3, fake::BareSet{})), 1);
-    EXPECT_EQ(std::ranges::count(sent, *wire::encode_request(4, fake::BareSet{})), 1);
-    EXPECT_EQ(talk.results[1].reply().error().code, Errc::timeout);
-}
-
-TEST(Conversation, SendsWhatNeedsNoAnswerAtOnceEvenInQuarantine)
-{
-    Talk talk(bare);
-    talk.hear({1});
-    talk.ask(std::pair{3, fake::BareSet{}});
-    talk.requests[0].answered = false;
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BareSet{}));
 }
 
 TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
@@ -365,16 +223,6 @@ TEST(Conversation, LearnsItsMarginFromTheSlowestAnswers)
         EXPECT_TRUE(talk.done());
     }
     EXPECT_EQ(talk.conversation.margin(), 6ms);
-}
-
-TEST(Conversation, DistrustsALineOfBareRepliesUntilTheDeviceNamesItself)
-{
-    Talk talk(bare);
-    talk.conversation.distrust(talk.now);
-    talk.ask(std::pair{3, fake::BareRead{}});
-    EXPECT_EQ(talk.deadline() - talk.now, settings.late_max);
-    talk.now = talk.deadline();
-    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
 }
 
 TEST(Conversation, MarksAnswersOfADistrustedLineForAsLongAsAnAnswerCanBeLate)

@@ -122,6 +122,8 @@ TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
     EXPECT_EQ(predict_stop(can, queued, {}).begins, 4 * frame_time(can, 2) + 3ms);
     EXPECT_EQ(predict_stop(can, queued, {}).ends, 4 * frame_time(can, 2) + 3ms);
     EXPECT_EQ(predict_stop(serial, {}, stop).begins, 0ms);
+    const std::vector one_by_one{ask(1, fake::CanRead{}, 1ms), ask(1, fake::CanRead{}, 3ms)};
+    EXPECT_EQ(predict_stop(can, {}, one_by_one).ends, 4 * frame_time(can, 2) + 4ms) << "the second waits for the first";
 }
 
 } // namespace
