@@ -13,7 +13,6 @@ namespace {
 constexpr Duration between_looks = std::chrono::milliseconds(100);
 constexpr Duration longest_look = std::chrono::seconds(2);
 constexpr int looks_until_it_is_told_again = 4;
-constexpr int attempts = 3; ///< at a hold or a release that is not confirmed
 
 /// Undisturbed; and a Ctrl-C that nobody has seen yet is kept for who asks next.
 class InterruptKept
@@ -32,15 +31,6 @@ private:
     bool came_before_ = interrupted();
     Undisturbed undisturbed_;
 };
-
-template <class Do>
-std::expected<void, Error> until_confirmed(const Do& once)
-{
-    std::expected<void, Error> done = once();
-    for (int again = 1; !done && may_pass(done.error().code) && again < attempts; ++again)
-        done = once();
-    return done;
-}
 
 std::expected<void, Error> carry_out_planned(Driven& driven, const std::expected<wire::Requests, Error>& planned)
 {
@@ -90,11 +80,8 @@ std::unexpected<Error> not_at_rest(const Driven& driven, const Telling& told)
 {
     if (!told.confirmed)
         return fail(told.confirmed.error().code,
-                    fmt::format("{} did not confirm that it {}, so it may still turn: {}", driven.device.name,
-                                told.rest == Rest::holds    ? "holds"
-                                : told.rest == Rest::braked ? "brakes"
-                                                            : "lets go",
-                                to_sentence(told.confirmed.error())));
+                    fmt::format("{} was told to {} and did not confirm that, so it may still turn: {}",
+                                driven.device.name, to_verb(told.rest), to_sentence(told.confirmed.error())));
     if (interrupted())
         return fail(Errc::stopped, fmt::format("{} was told to {}, and nobody waited for it to stand still",
                                                driven.device.name, to_verb(told.rest)));

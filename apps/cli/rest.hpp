@@ -28,10 +28,9 @@ struct Telling {
 Telling tell_to_hold(Driven& driven);
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
-/// been lost. No signal cuts the telling
-/// short, and one that came before is still there afterwards. `timeout` and the like: it did not confirm, or was not
-/// seen to stand still, and the sentence says that it may still turn. `stopped`: it was told, and a Ctrl-C that came
-/// meanwhile ended the looking.
+/// been lost. No signal cuts the telling short, and one that came before is still there afterwards. `timeout` and the
+/// like: it did not confirm, or was not seen to stand still, and the sentence says that it may still turn. `stopped`:
+/// it was told, and a Ctrl-C that came meanwhile ended the looking.
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise = Otherwise::nothing);
 
 /// Takes the torque off, again where the device does not confirm; nobody looks. Signals are as above.

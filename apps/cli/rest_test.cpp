@@ -245,7 +245,7 @@ TEST_F(RestTest, WhatOnlyLetGoIsNotSaidToHold)
     EXPECT_NE(said.find("left_hip took no hold, so its torque is off"), std::string::npos) << said;
     const auto kept = stop_here(session, driven);
     ASSERT_FALSE(kept);
-    EXPECT_NE(kept.error().detail.find("did not confirm that it holds"), std::string::npos) << kept.error().detail;
+    EXPECT_NE(kept.error().detail.find("was told to hold and did not confirm that"), std::string::npos) << kept.error().detail;
 }
 
 TEST_F(RestTest, ACtrlCThatComesWhileItIsToldAgainIsNotSwallowed)

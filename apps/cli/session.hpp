@@ -137,6 +137,17 @@ std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth);
 /// Whether the same words may be understood the next time: the line is there, and the answer is missing or spoiled.
 bool may_pass(Errc code);
 
+/// Does it once more where it was not confirmed and that may pass, up to three times in all: for what changes nothing
+/// when it is carried out twice. Returns what came last.
+template <class Do>
+auto until_confirmed(const Do& once, int attempts = 3)
+{
+    auto done = once();
+    for (int again = 1; !done && may_pass(done.error().code) && again < attempts; ++again)
+        done = once();
+    return done;
+}
+
 /// One request; no values where no answer is due.
 std::expected<wire::Values, Error> ask(bus::Bus& bus, const wire::Request& request);
 

@@ -54,10 +54,7 @@ std::expected<Told, Error> stop_one(Session& session, Device device, bool keep_t
     auto driven = drive(session, std::move(device));
     if (!driven)
         return std::unexpected(driven.error());
-    auto outcome = stop_driven(*driven, keep_torque);
-    for (int again = 1; !outcome && may_pass(outcome.error().code) && again < attempts; ++again)
-        outcome = stop_driven(*driven, keep_torque);
-    return outcome;
+    return until_confirmed([&] { return stop_driven(*driven, keep_torque); }, attempts);
 }
 
 /// All devices of a line at once, where the family has a message for that.

@@ -139,11 +139,8 @@ Outcome as_it_is(const Words& words, Session& session, Driven& driven, const Tri
 /// A signal does not cut it short, and what is not acknowledged is sent again.
 std::expected<void, Error> set_back(const Gains& gains, const Driven& driven)
 {
-    constexpr int attempts = 3;
     const Undisturbed undisturbed;
-    auto back = gains.set_back(*driven.bus, driven.device);
-    for (int again = 1; !back && may_pass(back.error().code) && again < attempts; ++again)
-        back = gains.set_back(*driven.bus, driven.device);
+    const auto back = until_confirmed([&] { return gains.set_back(*driven.bus, driven.device); });
     if (!back)
         return fail(back.error().code, fmt::format("{} may still have the gains that were tried, until power-off: {}",
                                                    driven.device.name, to_sentence(back.error())));

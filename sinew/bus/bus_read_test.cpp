@@ -44,7 +44,8 @@ public:
     {
         ++reads;
         if (portions.empty())
-            return link::Arrival{};
+            return is_gone ? std::expected<link::Arrival, Error>(std::unexpected(Error{.code = Errc::link_lost}))
+                           : link::Arrival{};
         const Portion portion = portions.front();
         portions.pop_front();
         EXPECT_LE(portion.frames.size(), into.size());
@@ -56,6 +57,7 @@ public:
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override { return bit_rate; }
 
     std::deque<Portion> portions;
+    bool is_gone = false; ///< after the portions
     int reads = 0;
 };
 
@@ -115,6 +117,15 @@ TEST_F(BusRead, OfOneRequestReadsOnWhereThereIsMore)
     link_.portions = {{{answer(1), answer(2)}}};
     EXPECT_TRUE(bus_.call(2, fake::CanRead{}).has_value());
     EXPECT_EQ(bus_.conversation().counters().strays, 2U);
+}
+
+TEST_F(BusRead, OfOneRequestEndsWhereTheLinkIsGone)
+{
+    link_.is_gone = true;
+    const auto number = bus_.call(2, fake::CanRead{});
+    ASSERT_FALSE(number.has_value());
+    EXPECT_EQ(number.error().code, Errc::link_lost);
+    EXPECT_EQ(clock_.waits, 1);
 }
 
 TEST_F(BusRead, OfOneRequestReadsOnceMoreWhereSomethingElseCameFirst)
