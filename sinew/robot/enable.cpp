@@ -1,10 +1,9 @@
 #include "sinew/family/nuri/messages.hpp"
-#include "sinew/family/sam/messages.hpp"
 #include "sinew/robot/core.hpp"
+#include "sinew/robot/identity.hpp"
 #include "sinew/wire/by_name.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 /// From whatever the devices were doing to joints that hold where they are.
@@ -29,62 +28,6 @@ Planned plan_switch_on(const DeviceSpec& device)
     if (std::holds_alternative<nuri::Spec>(device))
         add("set-control-on-off", {{"control", static_cast<std::int64_t>(nuri::Control::on)}});
     return out;
-}
-
-/// The request by which a device says what it is; none where it does not.
-Planned plan_identity(const DeviceSpec& device)
-{
-    wire::Requests out;
-    if (std::holds_alternative<sam::Spec>(device)) {
-        auto request = wire::make_request(id_of(device), sam::ReadFirmwareVersion{}, options_of(device));
-        if (!request)
-            return std::unexpected(std::move(request.error()));
-        out.add(*request);
-    }
-    if (std::holds_alternative<nuri::Spec>(device)) {
-        auto request = wire::make_request(line_of(device), "request-gear-ratio-feedback", id_of(device), {},
-                                          options_of(device), response_time_of(device));
-        if (request)
-            out.add(*request);
-    }
-    return out;
-}
-
-std::expected<void, Error> compare_sam(const Joint& joint, const sam::Spec& spec, const wire::Frame& reply)
-{
-    const auto said = wire::decode_reply<sam::ReadFirmwareVersion>(reply);
-    if (!said)
-        return std::unexpected(said.error());
-    if (said->message.model_number == spec.model->number)
-        return {};
-    const auto* model = sam::find_model(said->message.model_number);
-    const std::string is = model != nullptr
-                               ? std::string(model->name)
-                               : fmt::format("model number {}, which nobody documents", said->message.model_number);
-    return fail(Errc::bad_reply,
-                fmt::format("{} says that it is {}, and the robot file says {}; every scale depends on "
-                            "it, so correct the model of the joint",
-                            joint.name(), is, spec.model->name));
-}
-
-std::expected<void, Error> compare_nuri(const Joint& joint, const nuri::Spec& spec, const wire::Request& asked,
-                                        const wire::Frame& reply)
-{
-    const auto said = wire::decode(*asked.message, wire::Direction::reply, reply, asked.options);
-    if (!said)
-        return std::unexpected(said.error());
-    for (const auto& value : said->values)
-        if (value.field->name == "gear_ratio") {
-            const double ratio =
-                wire::reading(*asked.message, *value.field, spec.profile.line.overrides).physical(value.raw);
-            constexpr double half_a_step = 0.05;
-            if (std::abs(ratio - spec.profile.external_gear_ratio) > half_a_step)
-                return fail(Errc::bad_reply,
-                            fmt::format("{} has the gear ratio {:g}, and the robot file says {:g}; write "
-                                        "external_gear_ratio = {:g} under profile_options of the joint",
-                                        joint.name(), ratio, spec.profile.external_gear_ratio, ratio));
-        }
-    return {};
 }
 
 } // namespace
@@ -141,12 +84,8 @@ std::expected<void, Error> Core::compare_models()
     for (auto& line : lines)
         for (std::size_t i = 0; i < line->results().size(); ++i) {
             const Joint& joint = line->owner(i);
-            const auto& reply = line->results()[i].replies[0];
-            std::expected<void, Error> fine;
-            if (const auto* spec = std::get_if<sam::Spec>(&joint.device()))
-                fine = compare_sam(joint, *spec, reply);
-            else if (const auto* other = std::get_if<nuri::Spec>(&joint.device()))
-                fine = compare_nuri(joint, *other, line->requests()[i], reply);
+            const auto fine = compare_identity(joint.name(), "the robot file", joint.device(), line->requests()[i],
+                                               line->results()[i].replies[0]);
             if (!fine)
                 return fine;
         }
