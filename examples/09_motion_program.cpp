@@ -8,7 +8,7 @@ using namespace sinew;
 using namespace std::chrono_literals;
 
 // A program that the servo runs by itself, also without a host: to and fro between 82 and 172, 266 ms each (the example
-// of the manual). It is kept in flash: `sinew motion` compares first and writes only what differs.
+// of the manual). It is kept in flash, which wears out, and no device gives it back to be compared: store it once.
 int main()
 {
     sim::Worlds worlds;

@@ -12,11 +12,12 @@ Outcome run(const Words& words)
     const auto program = read_motion(*words.text("FILE"));
     if (!program)
         return std::unexpected(program.error());
+    const auto bytes = motion_bytes(program->instructions);
     if (words.json())
         print(Json::object(
-            {{"instructions", static_cast<std::int64_t>(program->size())}, {"bytes", motion_bytes(*program)}}));
+            {{"instructions", static_cast<std::int64_t>(program->instructions.size())}, {"bytes", bytes}}));
     else
-        fmt::print("{}\n", motion_bytes(*program));
+        fmt::print("{}\n", bytes);
     return exit_done;
 }
 

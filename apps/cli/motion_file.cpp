@@ -1,5 +1,6 @@
 #include "apps/cli/motion_file.hpp"
 
+#include "apps/cli/joint.hpp"
 #include "sinew/base/bytes.hpp"
 #include "sinew/family/sam/messages.hpp"
 
@@ -12,7 +13,7 @@
 
 namespace sinew::cli {
 
-std::expected<std::vector<wire::Pair>, Error> read_motion(const std::string& path)
+std::expected<sam::Program, Error> read_motion(const std::string& path)
 {
     if (path == "-")
         return sam::assemble(std::string{std::istreambuf_iterator<char>{std::cin}, {}}, "stdin");
@@ -63,6 +64,33 @@ std::expected<wire::Request, Error> motion_request(const Device& device, std::sp
     if (asked)
         asked->answered = device.answers(*asked->message);
     return asked;
+}
+
+std::expected<void, Error> check_motion(const Device& device, const sam::Program& program)
+{
+    const auto* joint = device.joint;
+    if (joint == nullptr)
+        return {};
+    const auto refuse = [](const std::string& place, const Error& error) {
+        return fail(error.code, fmt::format("{}: {}", place, to_sentence(error)));
+    };
+    for (std::size_t i = 0; i < program.instructions.size(); ++i) {
+        const auto& instruction = program.instructions[i];
+        if (sam::turns_on(instruction) && (joint->position_min_rad || joint->position_max_rad))
+            return refuse(program.places[i],
+                          {.code = Errc::out_of_range,
+                           .detail = fmt::format("wheel turns {} without end, and {} gives it limits", device.name,
+                                                 device.file->path)});
+        if (const auto to = sam::goes_to_rad(instruction))
+            if (const auto within = check_limits(device, to_joint_position(joint, *to), {}); !within)
+                return refuse(program.places[i], within.error());
+    }
+    return {};
+}
+
+std::string instructions(std::size_t count)
+{
+    return fmt::format("{} instruction{}", count, count == 1 ? "" : "s");
 }
 
 } // namespace sinew::cli

@@ -45,9 +45,11 @@ Outcome run(const Words& words)
     auto device = target(simulated);
     if (!device)
         return std::unexpected(device.error());
-    const auto asked = motion_request(*device, *program);
+    const auto asked = motion_request(*device, program->instructions);
     if (!asked)
         return std::unexpected(asked.error());
+    if (const auto within = check_motion(*device, *program); !within)
+        fmt::print(stderr, "sinew: this would not be uploaded: {}\n", to_sentence(within.error()));
     Session session;
     auto driven = drive_and_read(session, std::move(*device));
     if (!driven)

@@ -55,7 +55,7 @@ class Place:
         lines = [example["line"] for example in verb["examples"]]
         os.mkdir(self.path("robots"))
         shutil.copy(DEMO, self.path("robots"))
-        for name, text in (("bench.toml", BENCH), ("wave.motion", "go 82\nwait 266ms\ngo 172\nwait 266ms\n"),
+        for name, text in (("bench.toml", BENCH), ("wave.motion", "go 130\nwait 266ms\ngo 172\nwait 266ms\n"),
                            ("run.log", LOG), ("candump.log", LOG)):
             with open(self.path(name), "w", encoding="utf-8") as file:
                 file.write(text)

@@ -154,7 +154,7 @@ def prepare(folder):
     with open(path("heard.log"), "w", encoding="utf-8") as file:
         file.write("(1.0) can0 141#9A00000000000000\n(1.1) can0 142#9A00000000000000\n")
     with open(path("wave.motion"), "w", encoding="utf-8") as file:
-        file.write("go 82\nwait 266ms\ngo 172\nwait 266ms\n")
+        file.write("go 130\nwait 266ms\ngo 172\nwait 266ms\n")
     shutil.copy(DEMO, path("robot.toml"))
     sinew("record", path("run.mcap"), *SIM, "--for", "100ms")
     with open(path("run.mcap"), "rb") as whole, open(path("cut.mcap"), "wb") as cut:

@@ -81,7 +81,7 @@ class Verbs(unittest.TestCase):
         with open(cls.files["SILENT"], "w", encoding="utf-8") as file:
             file.write(text + '[[sim.fault]]\nkind = "unplug"\njoint = "elbow"\n')
         with open(cls.files["MOTION"], "w", encoding="utf-8") as file:
-            file.write("go 82\nwait 266ms\n")
+            file.write("go 130\nwait 266ms\n")
         sinew("save", "elbow", "--robot", DEMO, "--sim", "--output", cls.files["KEPT"])
         sinew("record", cls.files["RUN"], "--robot", DEMO, "--sim", "--for", "100ms")
         cls.sim = Simulator()

@@ -1,6 +1,7 @@
 #include "sinew/family/sam/motion_text.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/base/units.hpp"
 #include "sinew/family/sam/messages.hpp"
 #include "sinew/family/sam/models.hpp"
 
@@ -217,9 +218,22 @@ std::string text_of(wire::Pair instruction)
 
 } // namespace
 
-std::expected<std::vector<wire::Pair>, Error> assemble(std::string_view text, std::string_view path)
+std::optional<double> goes_to_rad(wire::Pair instruction)
 {
-    std::vector<wire::Pair> out;
+    return instruction.first >> 4 == go
+               ? std::optional(units::rad((instruction.second - boundary_centre) * deg_per_unit))
+               : std::nullopt;
+}
+
+bool turns_on(wire::Pair instruction)
+{
+    const int sub = instruction.first & 0x0F;
+    return instruction.first >> 4 == special && (sub == 3 || sub == 4) && instruction.second != 0;
+}
+
+std::expected<Program, Error> assemble(std::string_view text, std::string_view path)
+{
+    Program out;
     for (int line = 1; !text.empty(); ++line) {
         const auto length = std::min(text.find('\n'), text.size());
         const auto words = split(text.substr(0, length));
@@ -229,12 +243,13 @@ std::expected<std::vector<wire::Pair>, Error> assemble(std::string_view text, st
         const auto instruction = instruction_from(words);
         if (!instruction)
             return fail(Errc::bad_file, fmt::format("{}:{}: {}", path, line, instruction.error()));
-        if (out.size() == most_instructions)
+        if (out.instructions.size() == most_instructions)
             return fail(Errc::bad_file,
                         fmt::format("{}:{}: a program has at most {} instructions", path, line, most_instructions));
-        out.push_back(*instruction);
+        out.instructions.push_back(*instruction);
+        out.places.push_back(fmt::format("{}:{}", path, line));
     }
-    if (out.empty())
+    if (out.instructions.empty())
         return fail(Errc::bad_file, fmt::format("{}: there is no instruction in it", path));
     return out;
 }

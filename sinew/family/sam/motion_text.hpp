@@ -3,6 +3,7 @@
 #include "sinew/wire/message.hpp"
 
 #include <expected>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,8 +27,18 @@ namespace sinew::sam {
 
 inline constexpr std::size_t most_instructions = 8;
 
+struct Program {
+    std::vector<wire::Pair> instructions;
+    std::vector<std::string> places; ///< "PATH:LINE" of each
+};
+
 /// `bad_file` with "PATH:LINE: what is wrong and what would be right". No more than eight instructions, at least one.
-std::expected<std::vector<wire::Pair>, Error> assemble(std::string_view text, std::string_view path);
+std::expected<Program, Error> assemble(std::string_view text, std::string_view path);
+
+/// Where an instruction sends the shaft, from the middle; nothing: it is no `go`.
+std::optional<double> goes_to_rad(wire::Pair instruction);
+/// Whether it turns the shaft without end.
+bool turns_on(wire::Pair instruction);
 
 /// A line each, which `assemble` reads again as the same bytes where the document explains them; what it does not
 /// explain is a comment with its bytes.

@@ -1,6 +1,7 @@
 #include "sinew/family/sam/motion_text.hpp"
 
 #include <gtest/gtest.h>
+#include <numbers>
 
 namespace sinew::sam {
 namespace {
@@ -11,7 +12,7 @@ std::string bytes_of(std::string_view text)
     if (!program)
         return to_sentence(program.error());
     std::string out;
-    for (const auto& [first, second] : *program) {
+    for (const auto& [first, second] : program->instructions) {
         constexpr char digits[] = "0123456789ABCDEF";
         for (const auto byte : {first, second}) {
             out += digits[byte >> 4];
@@ -42,6 +43,20 @@ TEST(SamMotionText, CountsAnglesFromTheMiddle)
     EXPECT_EQ(bytes_of("go 0deg"), "10 7F ");
     EXPECT_EQ(bytes_of("go 108deg"), "10 E3 ");
     EXPECT_EQ(bytes_of("go -108deg"), "10 1B ");
+}
+
+TEST(SamMotionText, TellsWhereAProgramSendsTheShaftAndFromWhichLine)
+{
+    const auto program = assemble("# fast\nwheel ccw 1\n\ngo 108deg level 2\nwait 16ms\nwheel cw 0", "p");
+    ASSERT_TRUE(program);
+    EXPECT_EQ(program->places, (std::vector<std::string>{"p:2", "p:4", "p:5", "p:6"}));
+    const auto& all = program->instructions;
+    EXPECT_TRUE(turns_on(all[0]));
+    EXPECT_FALSE(goes_to_rad(all[0]));
+    EXPECT_DOUBLE_EQ(goes_to_rad(all[1]).value(), 0.6 * std::numbers::pi); // 108 deg
+    EXPECT_FALSE(turns_on(all[1]) || turns_on(all[2]));
+    EXPECT_FALSE(turns_on(all[3])); // it stops
+    EXPECT_FALSE(goes_to_rad(all[2]));
 }
 
 TEST(SamMotionText, SaysWhatIsWrongAndWhere)
@@ -77,7 +92,7 @@ TEST(SamMotionText, ComesBackFromItsBytes)
             ASSERT_TRUE(again) << text << to_sentence(again.error());
             ++explained;
             // What an instruction does not look at is not kept.
-            EXPECT_EQ(disassemble(*again), text);
+            EXPECT_EQ(disassemble(again->instructions), text);
         }
     EXPECT_GT(explained, 10'000);
 }
