@@ -119,6 +119,23 @@ std::expected<double, Error> known_position_of(const Driven& driven)
     return fail(Errc::bad_reply, fmt::format("{} does not say where it is", driven.device.name));
 }
 
+std::expected<double, Error> start_of(const Driven& driven)
+{
+    // A sensor reads a little further than what may be commanded: 32 units of a SAM.
+    constexpr double further_rad = units::rad(3.0);
+    const auto here = known_position_of(driven);
+    const auto& can = driven.driver->capabilities();
+    const auto& at = driven.state.position_rad;
+    if (at && ((can.position_low_rad && *at < *can.position_low_rad - further_rad) ||
+               (can.position_high_rad && *at > *can.position_high_rad + further_rad)))
+        return fail(
+            Errc::out_of_range,
+            fmt::format("{} says that it is at {}, which is further than a {} reaches; is its model right? Else "
+                        "turn it back by hand, after sinew stop",
+                        driven.device.name, place_of(driven), driven.device.model()));
+    return here;
+}
+
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command)
 {
     return driven.driver->plan(mounting_of(driven.device.joint).to_actuator(command), driven.state);

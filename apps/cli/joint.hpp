@@ -18,6 +18,8 @@ std::optional<double> position_of(const Driven& driven);
 std::string place_of(const Driven& driven);
 /// The same for what cannot be done without: `bad_reply` where that look measured none.
 std::expected<double, Error> known_position_of(const Driven& driven);
+/// The same for a move, which cannot begin further out than the actuator reaches: `out_of_range`.
+std::expected<double, Error> start_of(const Driven& driven);
 
 /// The requests that carry out a command in joint units.
 std::expected<wire::Requests, Error> plan(Driven& driven, const actuator::Command& command);

@@ -3,6 +3,7 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/identity.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -128,6 +129,28 @@ std::expected<std::optional<int>, Error> lead(const Words& words, Session& sessi
     }
 }
 
+/// With another model every scale is another one, and so is where it goes.
+std::expected<void, Error> check_identity(const Driven& driven)
+{
+    const auto& device = driven.device;
+    const auto asked = robot::plan_identity(*device.spec);
+    if (!asked)
+        return std::unexpected(asked.error());
+    std::array<bus::Result, wire::Requests::capacity> results;
+    const auto used = std::span(results).first(asked->all().size());
+    if (auto sent = driven.bus->exchange(asked->all(), used); !sent)
+        return sent;
+    const auto source = device.joint != nullptr ? "the robot file" : "the command line";
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        const auto reply = used[i].reply();
+        if (!reply)
+            return std::unexpected(reply.error());
+        if (auto fine = robot::compare_identity(device.name, source, *device.spec, asked->all()[i], *reply); !fine)
+            return fine;
+    }
+    return {};
+}
+
 } // namespace
 
 void show_state(const Words& words, const Driven& driven, Duration since_start)
@@ -154,6 +177,8 @@ std::expected<Driven, Error> drive_and_read(Session& session, Device device)
         return driven;
     if (session.guardian() != nullptr)
         driven->guard = std::make_unique<MotionGuard>(*session.guardian(), driven->device);
+    if (auto same = check_identity(*driven); !same)
+        return std::unexpected(same.error());
     if (auto set = set_up(*driven); !set)
         return std::unexpected(set.error());
     if (auto read = read_state(*driven, actuator::Depth::full); !read)
@@ -167,6 +192,8 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
     const double finest = 2.0 * driven.driver->capabilities().position_step_rad;
     const double tolerance_rad = std::max(units::rad(0.5), finest);
     const TimePoint started = session.clock().now();
+    if (const auto from = start_of(driven); !from)
+        return std::unexpected(from.error());
     if (goal.in_steps && goal.speed_rad_s && !driven.driver->capabilities().velocity_limit) {
         const auto ended = lead(words, session, driven, goal);
         if (!ended)

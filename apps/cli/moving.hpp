@@ -20,7 +20,8 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
 /// What a joint is doing, as a line: `time` since the start.
 void show_state(const Words& words, const Driven& driven, Duration since_start);
 
-/// Opens, sets up and reads a device that is to move; a guardian holds it when this program dies.
+/// Opens, sets up and reads a device that is to move; a guardian holds it when this program dies. `bad_reply` where it
+/// says that it is another one than it should be: nothing has been set then.
 std::expected<Driven, Error> drive_and_read(Session& session, Device device);
 
 } // namespace sinew::cli

@@ -1,5 +1,7 @@
 #include "apps/cli/moving.hpp"
 
+#include "sinew/base/units.hpp"
+
 #include <csignal>
 #include <filesystem>
 #include <fmt/format.h>
@@ -67,6 +69,27 @@ TEST_P(MovingTest, ASecondInterruptDoesNotCancelTheClosingHold)
             EXPECT_NEAR(position_of(*driven).value(), before, 0.01);
         }
     }
+}
+
+/// As with another model than it should be, or by a wrong byte of an answer without a checksum.
+TEST(Moving, AMoveFromWhereNoActuatorCanBeSendsNothing)
+{
+    Session session;
+    auto device = target(words_for("left", "sam", "5"));
+    ASSERT_TRUE(device) << to_sentence(device.error());
+    auto driven = drive_and_read(session, std::move(*device));
+    ASSERT_TRUE(driven) << to_sentence(driven.error());
+    int frames = 0;
+    driven->bus->set_tap([&](const bus::Tapped&) { ++frames; });
+    for (const double position_deg : {1033.93, -1033.93}) {
+        driven->state.position_rad = {units::rad(position_deg), session.clock().now()};
+        const auto moved = move_to(Words{}, session, *driven, {.position_rad = 0.0});
+        ASSERT_FALSE(moved);
+        EXPECT_EQ(moved.error().code, Errc::out_of_range);
+        EXPECT_NE(to_sentence(moved.error()).find("further than a SAM-20 reaches"), std::string::npos)
+            << to_sentence(moved.error());
+    }
+    EXPECT_EQ(frames, 0);
 }
 
 /// Drops bytes on a bus of the demo robot from a time on.

@@ -201,7 +201,7 @@ Outcome run(const Words& words)
     auto driven = drive_and_read(session, std::move(*device));
     if (!driven)
         return std::unexpected(driven.error());
-    const auto from = known_position_of(*driven);
+    const auto from = start_of(*driven);
     if (!from)
         return std::unexpected(from.error());
     if (std::abs(*from - trial->to_rad) < no_step_rad)
