@@ -4,7 +4,7 @@
 #include <functional>
 
 /// How one device that moves comes to rest, looked at and not only told: for `move`, `home`, `tune` and `jog`. `stop`
-/// only tells, and `play` and `teach` have their robot do it (sinew/robot/stop.cpp).
+/// tells many before it looks (stopping.hpp), and `play` and `teach` have their robot do it (sinew/robot/stop.cpp).
 namespace sinew::cli {
 
 /// What a device that does not take a hold is told: nothing more, or to let go, for what turns without end.

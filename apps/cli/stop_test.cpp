@@ -1,0 +1,85 @@
+#include "apps/cli/stop_devices.hpp"
+#include "sinew/family/broadcast.hpp"
+#include "sinew/family/drivers.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+namespace sinew::cli {
+namespace {
+
+/// A simulated robot in virtual time, and what went out on the bus of its four Nuris.
+class StopTest : public testing::Test
+{
+protected:
+    StopTest()
+    {
+        Words words;
+        words.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
+        words.add("--sim", "");
+        all = *targets(words);
+        for (const auto& device : all)
+            (*session.bus_of(device))->set_tap([&, nuri = device.family->name == "nuri"](const bus::Tapped& tapped) {
+                if (tapped.direction == wire::Direction::request)
+                    sent.push_back({nuri, {tapped.bytes.begin(), tapped.bytes.end()}});
+            });
+    }
+
+    struct Sent {
+        bool to_nuri = false;
+        std::vector<std::uint8_t> bytes;
+    };
+
+    static bool is(const Sent& one, const wire::Request& request)
+    {
+        return std::ranges::equal(one.bytes, request.frame.bytes());
+    }
+    std::vector<Sent> to_nuris() const
+    {
+        std::vector<Sent> out;
+        std::ranges::copy_if(sent, std::back_inserter(out), &Sent::to_nuri);
+        return out;
+    }
+    long count(const wire::Request& request) const
+    {
+        return std::ranges::count_if(sent, [&](const Sent& one) { return one.to_nuri && is(one, request); });
+    }
+    const Device& device(std::string_view name) const { return *std::ranges::find(all, name, &Device::name); }
+
+    Session session;
+    std::vector<Device> all;
+    std::vector<Sent> sent;
+    wire::Request everybody = stop_of_all(*find_family("nuri"))->request;
+};
+
+TEST_F(StopTest, OfAWholeRobotGoesToAllOfALineAtOnceBeforeItGoesToEach)
+{
+    const auto done = stop_devices(session, all, true, false);
+    EXPECT_EQ(done.size(), all.size());
+    for (const auto& one : done)
+        EXPECT_TRUE(one.outcome && one.outcome->confirmed) << one.name;
+    EXPECT_TRUE(is(to_nuris().front(), everybody));
+    EXPECT_EQ(count(everybody), 1);
+}
+
+TEST_F(StopTest, OfSomeJointsAndOneThatHoldsLeaveTheOthersOfTheLineAlone)
+{
+    stop_devices(session, {&device("waist_yaw"), 1}, false, false);
+    stop_devices(session, all, true, true);
+    EXPECT_EQ(count(everybody), 0);
+}
+
+TEST_F(StopTest, TellsEveryJointBeforeItLooksAtOne)
+{
+    stop_devices(session, all, true, false);
+    auto next = sent.begin();
+    for (const auto& one : all) {
+        next += is(*next, everybody);
+        const auto release = make_driver(*one.spec)->plan({.mode = actuator::Mode::release}, {});
+        for (const auto& request : release->all())
+            EXPECT_TRUE(is(*next++, request)) << one.name;
+    }
+}
+
+} // namespace
+} // namespace sinew::cli
