@@ -4,6 +4,7 @@
 #include "apps/cli/moving.hpp"
 #include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/stop_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,8 +33,7 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
         fmt::print("{}\n", driven->device.name);
     show_state(words, *driven, {});
     if (driven->device.joint != nullptr && driven->device.joint->home.to_stop) {
-        constexpr Duration longest_search = std::chrono::seconds(120);
-        const auto ended = find_stop(words, session, *driven, longest_search);
+        const auto ended = find_stop(words, session, *driven);
         if (!ended)
             return std::unexpected(ended.error());
         if (*ended)
@@ -74,9 +74,10 @@ Outcome run(const Words& words)
                                        names.size() > 1 ? ", one after the other" : "", units::deg(speed_rad_s));
     for (const auto& device : *devices)
         if (device.joint != nullptr && device.joint->home.to_stop)
-            question += fmt::format("; {} first turns {} with {:g} deg/s until something stops it", device.name,
-                                    device.joint->home.direction > 0 ? "up" : "down",
-                                    units::deg(device.joint->home.velocity_rad_s));
+            question += fmt::format(
+                "; {} first turns {} with {:g} deg/s until something stops it, for {:.0f} deg at most", device.name,
+                device.joint->home.direction > 0 ? "up" : "down", units::deg(robot::home_velocity_rad_s(*device.joint)),
+                units::deg(robot::longest_search_rad(*device.joint)));
     const auto yes = confirm(words, question);
     if (!yes)
         return std::unexpected(yes.error());
@@ -109,7 +110,9 @@ Verb home_verb()
         .run = run,
         .more =
             "A joint with `[joint.NAME.home] routine = \"stop\"` first turns until something stops it, and counts from "
-            "there: its position_deg is where the stop is. A SAM knows no speed for a move to a position; it is led in "
+            "there: its position_deg is where the stop is. It finds none where it has turned as far as travel_max_deg "
+            "says, or else through all of its range and 20 deg more; then it is brought to rest. A SAM knows no speed "
+            "for a move to a position; it is led in "
             "small steps. Ctrl-C makes a joint stay "
             "where it is. A joint that does not arrive holds there, and ends it."};
 }

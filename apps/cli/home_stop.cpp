@@ -31,34 +31,32 @@ actuator::Measured<double> place(const Driven& driven)
 
 } // namespace
 
-std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& session, Driven& driven,
-                                                   Duration within)
+std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& session, Driven& driven)
 {
-    const auto& home = driven.device.joint->home;
-    const double speed_rad_s =
-        std::min(home.velocity_rad_s, driven.device.joint->velocity_max_rad_s.value_or(home.velocity_rad_s));
-    const auto requests =
-        plan(driven, {.mode = actuator::Mode::velocity, .velocity_rad_s = home.direction * speed_rad_s});
+    using Seen = robot::StopSearch::Seen;
+    const auto& joint = *driven.device.joint;
+    const auto requests = plan(driven, {.mode = actuator::Mode::velocity,
+                                        .velocity_rad_s = joint.home.direction * robot::home_velocity_rad_s(joint)});
     if (!requests)
         return std::unexpected(requests.error());
     const auto from = known_position_of(driven);
     if (!from)
         return std::unexpected(from.error());
     const TimePoint begin = session.clock().now();
-    robot::StopSearch search(*from, begin);
+    robot::StopSearch search(joint, *from, begin);
     auto done = carry_out(driven, *requests);
     for (int n = 1; done && !interrupted(); ++n) {
         wait_until(session, begin + n * tick);
         if (interrupted())
             break;
         done = read_state(driven, actuator::Depth::motion);
-        if (!done || search.found(place(driven), speed_rad_s))
+        const Seen seen = done ? search.look(place(driven), session.clock().now()) : Seen::way;
+        if (!done || seen == Seen::stop)
             break;
         if (n % ticks_per_line == 0)
             show_state(words, driven, session.clock().now() - begin);
-        if (session.clock().now() - begin > within)
-            done = fail(Errc::timeout, fmt::format("{} has found no stop in {:g} s; is `direction` of its home right?",
-                                                   driven.device.name, seconds(within)));
+        if (seen == Seen::too_far)
+            done = fail(Errc::timeout, search.says(driven.device.name));
     }
     if (interrupted()) {
         const auto stopped = stop_here(session, driven, Otherwise::release);

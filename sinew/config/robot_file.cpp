@@ -18,8 +18,8 @@ constexpr std::string_view realtime_keys[] = {"lock_memory", "priority", "proces
 constexpr std::string_view safety_keys[] = {"policy",        "on_fault",     "command_timeout_s", "temperature_max_c",
                                             "current_max_a", "step_max_rad", "step_max_deg",      "silence_max_s",
                                             "stop_time_s"};
-constexpr std::string_view home_keys[] = {"routine",      "direction",      "position_rad",
-                                          "position_deg", "velocity_rad_s", "velocity_deg_s"};
+constexpr std::string_view home_keys[] = {"routine",        "direction",      "position_rad",   "position_deg",
+                                          "velocity_rad_s", "velocity_deg_s", "travel_max_rad", "travel_max_deg"};
 constexpr std::string_view joint_keys[] = {"bus",
                                            "id",
                                            "model",
@@ -125,6 +125,7 @@ Home read_home(Reader& reader, const toml::table* table, std::string_view owner)
         home.position_rad = position->value;
     home.velocity_rad_s =
         positive_angle(reader, *table, "velocity_rad_s", "velocity_deg_s").value_or(home.velocity_rad_s);
+    home.travel_max_rad = positive_angle(reader, *table, "travel_max_rad", "travel_max_deg");
     return home;
 }
 

@@ -52,10 +52,11 @@ struct Safety {
 
 /// `[joint.NAME.home]`: how a joint finds and reaches its position 0.
 struct Home {
-    bool to_stop = false;        ///< `routine = "stop"`: first turns until something stops it
-    int direction = -1;          ///< in which the stop lies
-    double position_rad = 0.0;   ///< of the stop
-    double velocity_rad_s = 0.1; ///< of the routine and of the way to 0
+    bool to_stop = false;                 ///< `routine = "stop"`: first turns until something stops it
+    int direction = -1;                   ///< in which the stop lies
+    double position_rad = 0.0;            ///< of the stop
+    double velocity_rad_s = 0.1;          ///< of the routine and of the way to 0
+    std::optional<double> travel_max_rad; ///< so far it looks for its stop
 };
 
 struct Bus {

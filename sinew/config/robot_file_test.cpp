@@ -80,6 +80,7 @@ routine = "stop"
 direction = 1
 position_deg = 180
 velocity_rad_s = 0.5
+travel_max_deg = 90
 )",
                                        "r.toml");
     ASSERT_TRUE(file) << to_sentence(file.error());
@@ -102,6 +103,7 @@ velocity_rad_s = 0.5
     EXPECT_TRUE(joint.home.to_stop);
     EXPECT_EQ(joint.home.direction, 1);
     EXPECT_NEAR(joint.home.position_rad, std::numbers::pi, 1e-12);
+    EXPECT_NEAR(*joint.home.travel_max_rad, std::numbers::pi / 2, 1e-12);
 }
 
 TEST(RobotFile, RefusesSafetyThatMakesNoSense)

@@ -47,7 +47,9 @@ private:
     std::expected<void, Error> exchange_all(std::string_view what, Plan plan);
     std::expected<void, Error> switch_all_on();
 
-    std::expected<void, Error> find_stops(std::span<Joint* const> all, TimePoint until); // home.cpp
+    // home.cpp
+    std::expected<void, Error> find_stops(std::span<Joint* const> all, TimePoint until);
+    std::unexpected<Error> hold_after(std::span<Joint* const> all, Error why);
 
     std::expected<void, Error> read_only();
     std::expected<void, Error> look_at(Line& line);

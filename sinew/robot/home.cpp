@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <functional>
+#include <iterator>
 
 /// Finding and reaching position 0.
 namespace sinew::robot {
@@ -14,84 +16,133 @@ namespace {
 constexpr Duration look = std::chrono::milliseconds{10};
 constexpr double arrived_rad = units::rad(0.5);
 
+constexpr Duration longest_rest = std::chrono::seconds{2}; ///< in which what is told to hold is seen to stand still
+constexpr int looks_at_rest = 3;                           ///< one may be where it turns round
+
 /// One joint on its way against its stop.
 struct Search {
     Joint* joint = nullptr;
     StopSearch search;
-    bool found = false;
+    StopSearch::Seen seen = StopSearch::Seen::way;
 };
+
+std::string was_stopped(const Joint& joint)
+{
+    return fmt::format("{} was stopped before it had found its stop{}", joint.name(),
+                       joint.trouble() != nullptr ? ": " + to_sentence(*joint.trouble()) : std::string());
+}
 
 } // namespace
 
+std::expected<void, Error> Joint::check_search() const
+{
+    if (auto open = check_open(); !open)
+        return open;
+    if (!state_.position_rad)
+        return actuator::refuse(Errc::unsupported, id_of(device()),
+                                fmt::format("{}: where it is has not been measured yet", name()));
+    const Command turn{.mode = Mode::velocity, .velocity_rad_s = home_velocity_rad_s(file())};
+    const auto able = actuator::check(mounting_.to_actuator(turn), driver_->capabilities(), id_of(device()));
+    return able ? std::expected<void, Error>{} : std::unexpected(named(able.error()));
+}
+
+/// What `set` would refuse near a limit: its stop is beyond one. `StopSearch` bounds it instead.
 void Joint::begin_search()
 {
     guard_.watch_place(false);
-    const auto& home = file().home;
-    take({.mode = Mode::velocity, .velocity_rad_s = home.direction * home.velocity_rad_s}, now());
+    take({.mode = Mode::velocity, .velocity_rad_s = file().home.direction * home_velocity_rad_s(file())}, now());
 }
 
 /// It stands at its stop: that is where the robot file says.
-void Joint::end_search(bool found)
+void Joint::end_search()
 {
-    if (found && raw_.position_rad) {
-        mounting_.zero_rad = mounting_.zero_rad_at(*raw_.position_rad, file().home.position_rad);
-        state_ = mounting_.to_joint(raw_, driver_->capabilities().current_has_sign);
-        can_ = mounting_.to_joint(driver_->capabilities());
-        referenced_ = true;
-    }
+    mounting_.zero_rad = mounting_.zero_rad_at(*raw_.position_rad, file().home.position_rad);
+    state_ = mounting_.to_joint(raw_, driver_->capabilities().current_has_sign);
+    can_ = mounting_.to_joint(driver_->capabilities());
+    referenced_ = true;
     guard_.watch_place(true);
     begin(now());
 }
 
+/// They must have heard it when this returns: nobody may drive after a routine that failed. A joint that takes no
+/// command does what it was stopped with.
+std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
+{
+    std::vector<Joint*> held;
+    std::ranges::copy_if(all, std::back_inserter(held), [](const Joint* joint) { return joint->closed_ == nullptr; });
+    for (Joint* joint : held) {
+        joint->begin(clock->now());
+        joint->rests_ = 0;
+    }
+    const auto one_look = [&] {
+        for (Joint* joint : held)
+            joint->rests_ = std::abs(joint->guard_.velocity_rad_s()) < arrived_rad ? joint->rests_ + 1 : 0;
+        return std::ranges::any_of(held, [](const Joint* joint) { return joint->rests_ < looks_at_rest; });
+    };
+    auto ran = run(look, one_look, clock->now() + longest_rest);
+    for (Joint* joint : all) {
+        joint->guard_.watch_place(true);
+        joint->guard_.begin(joint->state_, clock->now()); // from beyond its limits it may come back
+    }
+    if (!ran)
+        return std::unexpected(std::move(ran.error()));
+    for (const Joint* joint : held)
+        if (joint->rests_ < looks_at_rest)
+            why.detail += fmt::format("; and {} was told to hold and was not seen to stand still", joint->name());
+    return std::unexpected(std::move(why));
+}
+
 std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoint until)
 {
+    using Seen = StopSearch::Seen;
     std::vector<Search> searches;
     for (Joint* joint : all)
-        if (joint->file().home.to_stop)
-            searches.push_back({joint, {joint->state_.position_rad.value_or(0.0), clock->now()}});
-    for (auto& search : searches) {
-        const auto able =
-            actuator::check(search.joint->mounting_.to_actuator(Command{
-                                .mode = Mode::velocity, .velocity_rad_s = search.joint->file().home.velocity_rad_s}),
-                            search.joint->driver_->capabilities(), id_of(search.joint->device()));
-        if (!able)
-            return std::unexpected(search.joint->named(able.error()));
-    }
+        if (joint->file().home.to_stop) {
+            if (auto able = joint->check_search(); !able)
+                return able;
+            searches.push_back({joint, {joint->file(), *joint->state_.position_rad, clock->now()}});
+        }
+    if (searches.empty())
+        return {};
     for (auto& search : searches) // all or none: nobody ends a search that is left behind
         search.joint->begin_search();
     const auto one_look = [&] {
         for (auto& search : searches) {
-            if (search.found)
+            if (search.seen == Seen::stop)
                 continue;
             search.joint->renew();
             // Whoever was stopped by something else stands still as well, and not at his stop.
             if (search.joint->command_.mode != Mode::velocity)
                 return false;
-            search.found =
-                search.search.found(search.joint->state_.position_rad, search.joint->file().home.velocity_rad_s);
-            if (search.found)
-                search.joint->end_search(true);
+            search.seen = search.search.look(search.joint->state_.position_rad, clock->now());
+            if (search.seen == Seen::too_far)
+                return false;
+            if (search.seen == Seen::stop)
+                search.joint->end_search();
         }
-        return std::ranges::any_of(searches, [](const Search& one) { return !one.found; });
+        return std::ranges::any_of(searches, [](const Search& one) { return one.seen == Seen::way; });
     };
-    auto ran = searches.empty() ? std::expected<void, Error>{} : run(look, one_look, until);
-    for (auto& search : searches)
-        if (!search.found) {
+    if (auto ran = run(look, one_look, until); !ran) {
+        for (auto& search : searches)
             search.joint->guard_.watch_place(true);
-            if (!ran)
-                continue;
-            const bool was_ended = search.joint->command_.mode != Mode::velocity;
-            search.joint->end_search(false);
-            ran =
-                fail(Errc::timeout,
-                     was_ended ? fmt::format("{} was stopped before it had found its stop{}{}", search.joint->name(),
-                                             search.joint->trouble() != nullptr ? ": " : "",
-                                             search.joint->trouble() != nullptr ? to_sentence(*search.joint->trouble())
-                                                                                : std::string())
-                               : fmt::format("{} has found no stop; is `direction` of its home right?",
-                                             search.joint->name()));
-        }
-    return ran;
+        return ran;
+    }
+    std::vector<Joint*> failed;
+    std::optional<Error> why;
+    for (auto& [joint, search, seen] : searches) {
+        if (seen == Seen::stop)
+            continue;
+        failed.push_back(joint);
+        const bool was_ended = joint->command_.mode != Mode::velocity;
+        if (!why)
+            why = Error{.code = Errc::timeout,
+                        .detail = was_ended               ? was_stopped(*joint)
+                                  : seen == Seen::too_far ? search.says(joint->name())
+                                                          : fmt::format("{} has found no stop in time; is `direction` "
+                                                                        "of its home right?",
+                                                                        joint->name())};
+    }
+    return why ? hold_after(failed, std::move(*why)) : std::expected<void, Error>{};
 }
 
 std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration within)
@@ -107,14 +158,10 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
                         fmt::format("{} cannot know where its position 0 is after power-on; it goes to where it counts "
                                     "0. Give it a home with routine = \"stop\", or see to it yourself",
                                     joint->name()));
-        const double velocity =
-            std::min(joint->file().home.velocity_rad_s,
-                     joint->limits().velocity_max_rad_s.value_or(joint->file().home.velocity_rad_s));
-        if (auto set = joint->set({.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = velocity}); !set) {
-            for (Joint* other : all)
-                other->hold_here(clock->now());
-            return set;
-        }
+        if (auto set = joint->set(
+                {.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = home_velocity_rad_s(joint->file())});
+            !set)
+            return hold_after(all, std::move(set.error()));
     }
     const auto is_there = [](Joint* joint) {
         const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
@@ -130,17 +177,16 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;
-    std::expected<void, Error> out;
-    for (Joint* joint : all)
-        if (!arrived && !is_there(joint)) {
-            joint->hold_here(clock->now());
-            if (out)
-                out = fail(Errc::timeout,
-                           fmt::format("{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?",
-                                       joint->name(), units::deg(joint->state_.position_rad.value_or(0.0)),
-                                       seconds(within)));
-        }
-    return out;
+    std::vector<Joint*> late;
+    if (!arrived)
+        std::ranges::copy_if(all, std::back_inserter(late), std::not_fn(is_there));
+    if (late.empty())
+        return {};
+    Joint& first = *late.front();
+    return hold_after(late, {.code = Errc::timeout,
+                             .detail = fmt::format(
+                                 "{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?",
+                                 first.name(), units::deg(first.state_.position_rad.value_or(0.0)), seconds(within))});
 }
 
 } // namespace sinew::robot

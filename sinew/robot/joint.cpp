@@ -123,12 +123,20 @@ std::expected<void, Error> Joint::check_duty(const Command& command) const
                                         *command.duty, units::deg(velocity), units::deg(*limits().velocity_max_rad_s)));
 }
 
+/// Whether it takes commands.
+std::expected<void, Error> Joint::check_open() const
+{
+    if (closed_ == nullptr)
+        return {};
+    return actuator::refuse(
+        Errc::unsupported, id_of(device()),
+        fmt::format("{}: {}{}", name(), closed_, closed_by_ ? ": " + to_sentence(*closed_by_) : ""));
+}
+
 std::expected<void, Error> Joint::set(const Command& command)
 {
-    if (closed_ != nullptr)
-        return actuator::refuse(
-            Errc::unsupported, id_of(device()),
-            fmt::format("{}: {}{}", name(), closed_, closed_by_ ? ": " + to_sentence(*closed_by_) : ""));
+    if (auto open = check_open(); !open)
+        return open;
     Command bare = command;
     if (can_walk(command)) {
         if (command.velocity_rad_s && command.duration)

@@ -73,8 +73,10 @@ private:
     void hold_here(TimePoint at);
     void end(TimePoint at);
     void begin(TimePoint at);
+    std::expected<void, Error> check_open() const;
+    std::expected<void, Error> check_search() const;
     void begin_search();
-    void end_search(bool found);
+    void end_search();
     Command next(TimePoint at);
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;

@@ -95,8 +95,9 @@ public:
     /// Cycles for so long, as fast as the slowest bus goes but no faster than every `period`.
     std::expected<void, Error> wait(Duration duration, Duration period = std::chrono::milliseconds{10});
     /// Takes a joint to its position 0, slowly, by `[joint.NAME.home]` of the file: with `routine = "stop"` it first
-    /// turns until something stops it and takes that for its reference. An unreferenced joint without such a routine
-    /// goes to where it counts 0, and an incident says so. `timeout` where it does not arrive; then it holds.
+    /// turns until something stops it, as far as `travel_max_deg` says or its range allows, and takes that for its
+    /// reference. An unreferenced joint without such a routine goes to where it counts 0, and an incident says so.
+    /// `timeout` where it finds no stop or does not arrive; then it was told to hold, and was looked at.
     std::expected<void, Error> home(std::string_view joint, Duration within = std::chrono::seconds{60});
     /// All joints at once.
     std::expected<void, Error> home(Duration within = std::chrono::seconds{60});

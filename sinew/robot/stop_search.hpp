@@ -1,38 +1,55 @@
 #pragma once
 #include "sinew/actuator/measured.hpp"
+#include "sinew/base/units.hpp"
+#include "sinew/config/robot_file.hpp"
 
-#include <cmath>
+#include <string>
 
 namespace sinew::robot {
+
+/// Of the routine of `[joint.NAME.home]` and of the way to 0: no faster than the joint may turn.
+double home_velocity_rad_s(const config::Joint& joint);
+
+/// So far a joint that finds no stop is turned: `travel_max_deg` of its home; else its range, which its stop belongs
+/// to, and `beyond_range_rad`; a turn in place of the range where it has no limits.
+double longest_search_rad(const config::Joint& joint);
+
+/// It may begin on the other stop, which is beyond the other limit, and a limit is rarely exact. A GUESS.
+inline constexpr double beyond_range_rad = units::rad(20.0);
 
 /// Whether a joint that turns against its stop has found it: it gets along by less than a share of what it would in the
 /// time of the measurements. Pure; the caller turns it.
 class StopSearch
 {
 public:
+    enum class Seen {
+        way,     ///< it goes on
+        stop,    ///< something is in its way
+        too_far, ///< it has turned as far as it may, or has taken longer for that than one that gets along
+    };
+
     /// So long it must get along by less than a share of its way before something is in it.
     static constexpr Duration stand_still = std::chrono::milliseconds{200};
     static constexpr Duration gets_going = std::chrono::seconds{1};
     static constexpr double share_of_way = 0.3;
 
     StopSearch() = default;
-    StopSearch(double from_rad, TimePoint begin) : from_rad_(from_rad), since_(begin + gets_going) {}
+    /// Of a joint that begins here, with its home velocity.
+    StopSearch(const config::Joint& joint, double from_rad, TimePoint begin);
 
     /// In the time of the measurements: one that is missing must not pass for a joint that does not get along.
-    bool found(const actuator::Measured<double>& here, double velocity_rad_s)
-    {
-        if (!here || here.at() - since_ < stand_still)
-            return false;
-        const double most = velocity_rad_s * seconds(here.at() - since_);
-        const bool stands = std::abs(*here - from_rad_) < share_of_way * most;
-        from_rad_ = *here;
-        since_ = here.at();
-        return stands;
-    }
+    Seen look(const actuator::Measured<double>& here, TimePoint now);
+    /// Why it ends `too_far`.
+    std::string says(const std::string& joint) const;
 
 private:
+    double velocity_rad_s_ = 0.0;
+    double longest_rad_ = 0.0;
+    double travelled_rad_ = 0.0;
     double from_rad_ = 0.0;
-    TimePoint since_{};
+    TimePoint looked_at_{}; ///< at `from_rad_`
+    TimePoint since_{};     ///< and from then on it must get along
+    TimePoint until_{};
 };
 
 } // namespace sinew::robot

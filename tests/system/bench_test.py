@@ -340,6 +340,21 @@ class Positions(unittest.TestCase):
                 self.assertAlmostEqual(abs(zero), abs(0.25 * stop_deg), delta=3, msg=joint)
                 self.assertAlmostEqual(float(re.findall(r"\d s +(-?\d+\.\d+) deg", done.stdout)[-1]), 0.0, delta=0.6, msg=joint)
 
+    def test_home_without_a_stop_turns_no_further_than_the_range_of_the_joint(self):
+        with open(DEMO, encoding="utf-8") as file:
+            text = file.read()
+        # A Nuri says in which turn it is, and a SAM does not.
+        for joint, most_deg in (("waist_yaw", 200), ("elbow", 165)):
+            with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+                robot.write(text + f'[joint.{joint}.home]\nroutine = "stop"\nvelocity_deg_s = 30\n')
+                robot.flush()
+                asked = sinew("home", joint, "--robot", robot.name, "--sim", code=2)
+                self.assertIn(f"until something stops it, for {most_deg} deg at most", asked.stderr)
+                done = sinew("home", joint, "--robot", robot.name, "--sim", "--yes", code=7)
+                self.assertIn(f"{joint} has turned as far as it may for its stop, {most_deg} deg, and found none", done.stderr)
+                places = [float(place) for place in re.findall(r"\d s +(-?\d+\.\d+) deg", done.stdout)]
+                self.assertLess(max(places) - min(places), most_deg + 1)
+
     def test_home_of_a_robot_goes_one_after_the_other(self):
         done = sinew("home", *SIM, "--yes")
         self.assertEqual(len([line for line in done.stdout.splitlines() if "deg" not in line]), 16)

@@ -1,0 +1,95 @@
+#include "tests/robot/rig.hpp"
+
+/// Looking for a stop that is not there, or not where it is looked for.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A joint whose stop, if it has one, only the simulator knows.
+std::string waist(std::string_view limits, std::string_view home, std::string_view more = "")
+{
+    return fmt::format(
+        "version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.waist]\nbus = \"n\"\nid = 1\n"
+        "{}\n[joint.waist.home]\nroutine = \"stop\"\n{}\n{}\n",
+        limits, home, more);
+}
+
+constexpr std::string_view range = "position_min_deg = -90\nposition_max_deg = 90\nvelocity_max_deg_s = 60";
+
+/// How far it turns although there is no stop, and that it stands still then without anybody driving.
+double travel_deg(const std::string& text, std::string_view said_deg)
+{
+    Rig rig(file_of(text));
+    rig.enable();
+    const double from = rig.truth_rad("waist");
+    const auto found = rig.robot->home("waist", 600s);
+    EXPECT_NE(said(found).find(
+                  fmt::format("waist has turned as far as it may for its stop, {} deg, and found none", said_deg)),
+              std::string::npos)
+        << said(found);
+    const double ended = rig.truth_rad("waist");
+    const TimePoint later = rig.now() + 5s;
+    while (rig.now() < later)
+        rig.simulator->clock().wait({}, later);
+    EXPECT_NEAR(units::deg(rig.truth_rad("waist")), units::deg(ended), 1.0) << "it turns on";
+    EXPECT_FALSE(rig.robot->find("waist")->referenced());
+    return units::deg(std::abs(ended - from));
+}
+
+// It is looked at every 10 ms, and comes to rest from 30 deg/s within 5 degrees.
+constexpr double reaction_deg = 5.0;
+
+TEST(Home, AJointWithoutAStopIsTurnedAsFarAsItsRangeAndNotForAMinute)
+{
+    EXPECT_NEAR(travel_deg(waist(range, "direction = -1\nposition_deg = -90\nvelocity_deg_s = 30"), "200"), 200.0,
+                reaction_deg);
+    EXPECT_NEAR(travel_deg(waist(range, "direction = 1\nposition_deg = 100\nvelocity_deg_s = 30"), "210"), 210.0,
+                reaction_deg)
+        << "its stop is part of its range";
+}
+
+TEST(Home, AJointWithoutLimitsLooksForItsStopForOneTurn)
+{
+    EXPECT_NEAR(travel_deg(waist("position_min_deg = -90", "velocity_deg_s = 30"), "380"), 380.0, reaction_deg);
+}
+
+TEST(Home, AJointLooksForItsStopAsFarAsItsFileSays)
+{
+    EXPECT_NEAR(travel_deg(waist(range, "velocity_deg_s = 30\ntravel_max_deg = 50"), "50"), 50.0, reaction_deg);
+}
+
+TEST(Home, AJointThatIsToTurnFasterThanItMayIsTurnedAsFastAsItMay)
+{
+    Rig rig(file_of(waist("position_min_deg = -90\nposition_max_deg = 90\nvelocity_max_deg_s = 20",
+                          "position_deg = -90\nvelocity_deg_s = 60", "[joint.waist.plant]\nstop_min_deg = -90\n")));
+    rig.enable();
+    EXPECT_EQ(said(rig.robot->home("waist")), "");
+}
+
+TEST(Home, AJointThatWasStoppedAloneIsNotSetInMotion)
+{
+    Rig rig(file_of(waist(range, "velocity_deg_s = 30", "[safety]\non_fault = \"joint\"\nsilence_max_s = 0.2\n")));
+    rig.enable();
+    rig.inject(sim::FaultKind::unplug, "waist", 0.5);
+    EXPECT_EQ(said(rig.run(1s)), "");
+    const double from = rig.truth_rad("waist");
+    EXPECT_NE(said(rig.robot->home("waist")), "");
+    EXPECT_EQ(said(rig.run(1s)), "");
+    EXPECT_NEAR(units::deg(rig.truth_rad("waist")), units::deg(from), 0.5);
+}
+
+TEST(Home, OfTwoJointsWithoutAStopNoneTurnsOn)
+{
+    Rig rig(file_of(waist(range, "velocity_deg_s = 30\ntravel_max_deg = 50",
+                          "[joint.neck]\nbus = \"n\"\nid = 2\n[joint.neck.home]\nroutine = \"stop\"\n"
+                          "velocity_deg_s = 10\n")));
+    rig.enable();
+    EXPECT_NE(said(rig.robot->home()).find("waist has turned as far"), std::string::npos);
+    const double ended = rig.truth_rad("neck");
+    (void)rig.run(2s);
+    EXPECT_NEAR(units::deg(rig.truth_rad("neck")), units::deg(ended), 1.0);
+}
+
+} // namespace
+} // namespace sinew::robot::test
