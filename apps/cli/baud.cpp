@@ -180,6 +180,7 @@ Verb baud_verb()
                           "a new actuator, as delivered"},
                          {"sinew baud elbow 115200 --robot arm.toml --sim --yes", "a simulated one"}},
             .run = run,
+            .acts = true,
             .more = "The rate is stored in flash. That this end of the line can follow is tried before anything is "
                     "written. Where the device does not answer at the new rate, this end goes back and looks for it "
                     "at the old one. RMD motors have no such message."};

@@ -191,6 +191,7 @@ Verb calibrate_verb()
                      {"sinew calibrate --robot arm.toml", "all of them at once"},
                      {"sinew calibrate elbow --robot arm.toml --sim --for 2s --yes", "a simulated one"}},
         .run = run,
+        .acts = true,
         .more = "The joints are released and stay so. The middle becomes zero; the ends are counted from there, in the "
                 "direction of the joint. Nothing is stored in a device: copy the lines into the robot file, a little "
                 "inside of the stops."};

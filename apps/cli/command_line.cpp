@@ -82,6 +82,7 @@ std::expected<Words, Error> understand(const Verb& verb, std::span<char* const> 
     for (const auto& [name, on] : parsed.switches)
         if (on)
             out.add(name, "");
+    out.act = verb.acts && !out.has("--dry-run");
     for (const auto& option : verb.options)
         if (!option.many && out.all(option.name).size() > 1)
             return fail(Errc::bad_argument, fmt::format("{} is given twice", option.name));

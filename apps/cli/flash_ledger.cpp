@@ -16,7 +16,7 @@ namespace {
 
 bool is_counted(const Device& device)
 {
-    return !sim::is_simulated(device.link);
+    return !sim::is_simulated(device.link) && !record::is_replay(device.link);
 }
 
 /// "sam-3-serial-dev-ttyUSB0": what a table of the file may be called.

@@ -108,6 +108,7 @@ Verb home_verb()
                      {"sinew home --robot arm.toml --sim --yes", "a whole robot, simulated"},
                      {"sinew home slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s --yes", "a device on a link"}},
         .run = run,
+        .acts = true,
         .more =
             "A joint with `[joint.NAME.home] routine = \"stop\"` first turns until something stops it, and counts from "
             "there: its position_deg is where the stop is. It finds none where it has turned as far as travel_max_deg "

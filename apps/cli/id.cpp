@@ -136,6 +136,7 @@ Verb id_verb()
                          {"sinew id serial:/dev/ttyUSB0 3 --family sam --id 0 --yes", "a new servo, as delivered"},
                          {"sinew id waist_yaw 9 --robot arm.toml --sim --yes", "a simulated one"}},
             .run = run,
+            .acts = true,
             .more = "The id is stored in flash. Nothing is written where somebody answers at the new id already. "
                     "Afterwards the device is looked for at the new id and, if it is not there, at the old one. "
                     "RMD motors have no such message."};

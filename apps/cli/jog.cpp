@@ -228,6 +228,7 @@ Verb jog_verb()
                          {"sinew jog elbow --robot arm.toml --sim --yes", "a simulated one"},
                          {"sinew jog slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s", "slowly"}},
             .run = run,
+            .acts = true,
             .more = "Arrow keys or h and l turn, space or any other key stops, + and - change the speed, q ends. One "
                     "press is a nudge of a tenth of a second; it goes on while the key repeats and stops within 0.2 s "
                     "after the last. The limits of the robot file hold. At the end it holds its position."};

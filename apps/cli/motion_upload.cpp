@@ -131,6 +131,7 @@ Verb motion_upload_verb()
                      {"sinew motion upload elbow wave.motion --robot arm.toml --sim --yes", "a simulated one"},
                      {"sinew motion upload elbow --none --robot arm.toml", "asks first"}},
         .run = run,
+        .acts = true,
         .more =
             "The servo runs it at once and whenever it has power, with nobody at its bus; a motion command stops "
             "it until then. Try it first: sinew motion simulate. A program that would take a joint beyond the limits "

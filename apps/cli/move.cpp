@@ -109,6 +109,7 @@ Verb move_verb()
                       "then it is released"},
                      {"sinew move serial:/dev/ttyUSB0 -10deg --family nuri --id 1 --speed 5rpm --yes", "does not ask"}},
         .run = run,
+        .acts = true,
         .more =
             "Ctrl-C makes it stay where it is. Giving up does not stop it: `sinew stop` does. Without a position it "
             "ends at the limits of the robot file. What a device cannot do is refused; a torque needs a known "

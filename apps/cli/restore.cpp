@@ -253,6 +253,7 @@ Verb restore_verb()
                          {"sinew restore kept.toml serial:/dev/ttyUSB0 --family sam --id 1",
                           "a device in the place of the one that was saved; asks first"}},
             .run = run,
+            .acts = true,
             .more =
                 "A device of another family, model or firmware line is refused. No family tells a serial number, so "
                 "calibration is never written unless it is asked for. Gains and "

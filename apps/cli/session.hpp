@@ -72,6 +72,8 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
 std::expected<Device, Error> target(const Words& words);
 /// That device, or all joints of the robot file where there is no TARGET.
 std::expected<std::vector<Device>, Error> targets(const Words& words);
+/// `bad_argument` where that is one of a recording. The functions here say it for verbs that act.
+std::expected<void, Error> check_live(const Device& device);
 /// All joints of the robot file that the options name.
 std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
 /// The same of this file.

@@ -29,6 +29,7 @@ Verb set_verb()
             .examples = {{"sinew set elbow runtime-pd-gain p_gain=30 d_gain=20 --robot arm.toml", "until power-off"},
                          {"sinew set serial:/dev/ttyUSB0 id new_id=3 --family sam --id 1 --yes", "stored in flash"}},
             .run = run,
+            .acts = true,
             .more = "What moves or writes flash asks first, and needs --yes where there is no terminal. A setting that "
                     "the device has already is not written again: flash wears out."};
 }

@@ -121,6 +121,7 @@ Verb stop_verb()
                          {"sinew stop serial:/dev/ttyUSB0 --family nuri --id 3",
                           "one device; without --id all on that link"}},
             .run = run,
+            .acts = true,
             .more =
                 "All are told first, and then looked at until they stand still; one that does not answer, or turns on, "
                 "was not stopped, and the exit code says so: switch its supply off. A joint that carries a load falls "

@@ -42,6 +42,11 @@ std::expected<std::string, Error> link_of(const std::map<std::string, std::strin
     return with_bit_rate(link, *device.family, rate);
 }
 
+std::expected<void, Error> check_live(const Words& words, const Device& device)
+{
+    return words.act ? check_live(device) : std::expected<void, Error>{};
+}
+
 std::expected<std::vector<Device>, Error> joints_of(const Words& words, const std::string& path,
                                                     std::optional<std::string_view> only)
 {
@@ -60,10 +65,23 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
         std::erase_if(*all, [&](const Device& device) { return device.joint->name != *only; });
     if (auto given = give_links(words, *all); !given)
         return std::unexpected(given.error());
+    for (const auto& device : *all)
+        if (auto live = check_live(words, device); !live)
+            return std::unexpected(live.error());
     return all;
 }
 
 } // namespace
+
+std::expected<void, Error> check_live(const Device& device)
+{
+    if (!record::is_replay(device.link))
+        return {};
+    return fail(Errc::bad_argument,
+                fmt::format("{} is a recording: what it has can be read, and not moved, stopped or set; name the robot "
+                            "file or the link of the device itself",
+                            link::parse_uri(device.link)->target));
+}
 
 std::optional<std::string> robot_path(const Words& words)
 {
@@ -170,8 +188,11 @@ std::expected<Device, Error> target(const Words& words)
         if (auto fine = no_sim_for(words, word); !fine)
             return std::unexpected(fine.error());
         auto device = device_of(words, word);
-        if (device)
-            device->link = with_bit_rate(device->link, *device->family);
+        if (!device)
+            return device;
+        device->link = with_bit_rate(device->link, *device->family);
+        if (auto live = check_live(words, *device); !live)
+            return std::unexpected(live.error());
         return device;
     }
     const auto path = robot_path(words);

@@ -169,6 +169,9 @@ Outcome transact(const Words& words, Device device, const wire::MessageInfo& mes
     if (!message.request.exists())
         return fail(Errc::unsupported, fmt::format("{} is an answer; devices send it, hosts do not", message.name()));
     const bool dry = words.has("--dry-run");
+    if (!dry && message.info.access != wire::Access::read)
+        if (auto live = check_live(device); !live)
+            return std::unexpected(live.error());
     const auto prepared = prepare(device, message, field_words);
     // A value with its unit may need the model, which a device can be asked for.
     const bool model_may_help = !dry && !device.spec && !prepared && prepared.error().code == Errc::bad_argument &&

@@ -231,6 +231,7 @@ Verb tune_verb()
                           "try gains, simulated"},
                          {"sinew tune left_knee --to 20deg --gain p=80 --keep --robot arm.toml", "and keep them"}},
             .run = run,
+            .acts = true,
             .more = "Gains are set until power-off, and what was there before is set back afterwards; --keep stores "
                     "them instead. A Nuri has no gains to try: sinew set TARGET position-controller stores them. The "
                     "joint stays where the step went. Looks are as many as the bus allows: steps that are faster than "

@@ -52,6 +52,9 @@ public:
 
     bool json() const { return has("--json"); }
 
+    /// They are for a verb that acts on devices: a recording of some will not do.
+    bool act = false;
+
 private:
     std::map<std::string, std::vector<std::string>, std::less<>> all_;
 };
@@ -69,6 +72,7 @@ struct Verb {
     std::vector<Option> options;
     std::vector<Example> examples;
     Outcome (*run)(const Words&) = nullptr;
+    bool acts = false;       ///< it moves or stops something, or sets or writes it
     std::string_view more{}; ///< what else must be known, after the options
 };
 

@@ -147,6 +147,7 @@ Verb zero_verb()
                          {"sinew zero left_knee --robot arm.toml --sim --yes", "a simulated one"},
                          {"sinew zero elbow --robot arm.toml --in-file", "for the robot file"}},
             .run = run,
+            .acts = true,
             .more = "A device that holds a target may turn when its zero changes: release it first (sinew stop)."};
 }
 

@@ -261,6 +261,29 @@ class Record(InFolder):
         self.refused(["doctor", self.run_file], 2, "replay", "--errors")
         self.refused(["watch", *replayed, "--sim", "--for", "20ms"], 2, "is a recording")
         self.refused(["play", "wave", *replayed, "--yes"], 2, "cannot be moved")
+    def test_what_was_recorded_is_not_moved_and_not_written(self):
+        link = [f"replay:{self.run_file}#left", "--family", "sam", "--id", "3", "--model", "SAM-160EO200"]
+        kept, wave = self.path("kept.toml"), self.path("wave.motion")
+        sinew("save", "elbow", *ROBOT, "--output", kept)
+        with open(wave, "w", encoding="utf-8") as file:
+            file.write("go 0deg\n")
+        env = environment(XDG_STATE_HOME=self.folder)
+        for robot in (["elbow", "--robot", self.run_file], link):
+            for verb, words in (("set", ["pd-gain", "p_gain=30", "d_gain=20"]), ("send", ["set-pd-gain", "p_gain=30", "d_gain=20"]),
+                                ("move", ["5deg"]), ("home", []), ("tune", ["--to", "5deg"]), ("calibrate", []), ("id", ["9"]),
+                                ("baud", ["9600"]), ("zero", []), ("jog", []), ("stop", []), ("motion upload", [wave])):
+                target, *rest = robot
+                line = [*verb.split(), target, *words, *rest, *(["--yes"] if verb != "stop" else [])]
+                done = subprocess.run([SINEW, *line], capture_output=True, text=True, env=env, timeout=PATIENCE,
+                                      stdin=subprocess.DEVNULL)
+                self.assertEqual(done.returncode, 2, f"{line}: {done.stdout}{done.stderr}")
+                self.assertIn(f"{self.run_file} is a recording: what it has can be read, and not moved", done.stderr, verb)
+        self.refused(["restore", kept, "elbow", "--robot", self.run_file, "--yes"], 2, "is a recording")
+        self.refused(["stop", "--robot", self.run_file], 2, "is a recording")
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "sinew")), "nothing was written that could be counted")
+        self.assertIn("precise-position", sinew("send", link[0], "read-precise-position", *link[1:], "--json").stdout)
+
+    def test_only_a_recording_of_a_robot_stands_for_one(self):
         legs = self.path("legs.mcap")
         sinew("record", legs, f"sim:{DEMO}#legs", "--family", "rmd", "--id", "2", "--for", "10ms")
         self.refused(["watch", "--robot", legs, "--for", "20ms"], 9, "keeps no robot file")
