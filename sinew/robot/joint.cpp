@@ -90,12 +90,12 @@ void Joint::tell(Errc code, std::string says)
     incidents_->add({now(), name(), code, std::move(says)});
 }
 
-void Joint::failed(const Error& error)
+void Joint::failed(const Error& error, TimePoint since)
 {
     ++failures_;
     trouble_ = error;
     if (!missing_since_)
-        missing_since_ = now();
+        missing_since_ = since;
     fresh_ = true;
 }
 
@@ -193,6 +193,27 @@ void Joint::hold_here(TimePoint at)
     fresh_ = true;
 }
 
+void Joint::overrule(Error why)
+{
+    ++overruled_;
+    trouble_ = std::move(why);
+}
+
+/// What the device was told before is forgotten, or may be.
+void Joint::start_afresh(std::string why, TimePoint at)
+{
+    tell(Errc::bad_reply, why);
+    silence_.reset();
+    must_set_up_ = true;
+    referenced_ = referenced_ && family().name != "nuri";
+    guard_.begin(state_, at);
+    if (command_.mode != Mode::release && command_.mode != Mode::brake) {
+        hold_here(at);
+        overrule({.code = Errc::bad_reply, .detail = std::move(why)});
+    }
+    fresh_ = true;
+}
+
 /// The command is over: what the policy says.
 void Joint::end(TimePoint at)
 {
@@ -206,6 +227,7 @@ void Joint::end(TimePoint at)
 void Joint::begin(TimePoint at)
 {
     command_ = {.mode = Mode::release};
+    silence_.reset();
     guard_.begin(state_, at);
     hold_here(at);
 }
@@ -250,8 +272,31 @@ bool Joint::must_send(const Command& command, TimePoint at) const
     return acknowledges_ || !same(command, planned_) || at - planned_at_ >= repetition;
 }
 
+/// A device that does not answer may have lost its supply, and its shaft may be anywhere: what it was told last would
+/// be a leap when it hears again. What cannot make it leap goes out all the same.
+bool Joint::may_send() const
+{
+    const Mode mode = command_.mode;
+    if (mode == Mode::release || mode == Mode::brake || (mode == Mode::hold && !holds_a_position_))
+        return true;
+    const bool is_leap = holds_a_position_ && (mode == Mode::position || mode == Mode::hold);
+    return !silence_ && !(is_leap ? missing_since_.has_value() : is_silent());
+}
+
+/// Instead of a command that may not be sent. What turns without end and is to hold is braked until its place is known.
+std::expected<wire::Requests, Error> Joint::plan_look(double resolution_rad)
+{
+    const Mode last = planned_.mode;
+    const bool turns = last == Mode::velocity || last == Mode::duty || last == Mode::current || last == Mode::torque;
+    if (turns && command_.mode == Mode::hold)
+        return driver_->plan_cycle({.mode = unseen_hold_}, raw_);
+    return driver_->plan_read(Depth::motion, resolution_rad);
+}
+
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
+    if (!may_send())
+        return plan_look(resolution_rad);
     const Command command = next(at);
     const Command own = mounting_.to_actuator(command);
     const bool sends = must_send(own, at);

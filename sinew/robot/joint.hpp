@@ -54,6 +54,9 @@ public:
     std::uint64_t failures() const { return failures_; }
     /// Why the latest of them failed, or the latest command was not carried out; nullptr: nothing ever was wrong.
     const Error* trouble() const { return trouble_ ? &*trouble_ : nullptr; }
+    /// How often the robot itself has put another command in the place of the one that was set: at a limit, without
+    /// commands, after a silence, a fault or a reset. `trouble` says why.
+    std::uint64_t overruled() const { return overruled_; }
 
     /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 …
     /// 360 deg). A Nuri, and an RMD that may stand in another turn, must be taken `home`.
@@ -72,6 +75,8 @@ private:
     void take(const Command& command, TimePoint at);
     void hold_here(TimePoint at);
     void end(TimePoint at);
+    void overrule(Error why);
+    void start_afresh(std::string why, TimePoint at);
     void begin(TimePoint at);
     std::expected<void, Error> check_open() const;
     std::expected<void, Error> check_search() const;
@@ -80,6 +85,8 @@ private:
     Command next(TimePoint at);
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
+    bool may_send() const;
+    std::expected<wire::Requests, Error> plan_look(double resolution_rad);
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
@@ -89,7 +96,8 @@ private:
     /// For so long that it may have lost what it was told.
     bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
-    void failed(const Error& error);
+    /// Since when it gives no answer, if this is the first failure in a row.
+    void failed(const Error& error, TimePoint since);
     void tell(Errc code, std::string says);
     Mode policy() const;
     /// To hold, or to brake where that would be a leap. `unseen` as above.
@@ -135,10 +143,15 @@ private:
     int agreed_ = 0;                         ///< how many answers in a row say that
     int rests_ = 0;                          ///< looks in a row at which it stood still, while it is stopped
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
-    TimePoint full_at_{};                    ///< the next full reading is due
-    TimePoint check_at_{};                   ///< the next look for a reset is due
+    struct Silence {
+        TimePoint since{};
+        Duration lasted{};
+    };
+    std::optional<Silence> silence_; ///< so long that it may have started afresh, and where it is is not known yet
+    TimePoint full_at_{};            ///< the next full reading is due
+    TimePoint check_at_{};           ///< the next look for a reset is due
     bool must_set_up_ = false;
-    std::uint64_t failures_ = 0;
+    std::uint64_t failures_ = 0, overruled_ = 0;
     std::optional<Error> trouble_;
 };
 

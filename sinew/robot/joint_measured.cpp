@@ -50,17 +50,15 @@ void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoi
 {
     const auto before = raw_.position_rad;
     if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
-        return failed(absorbed.error());
+        return failed(absorbed.error(), at);
     if (!is_plausible(before)) {
         raw_.position_rad = before;
         if (before)
             return; // and it counts as no answer
     }
     answered_at_ = std::max(answered_at_, at);
-    if (missing_since_ && at - *missing_since_ > doubtful_silence && closed_ == nullptr) {
-        must_set_up_ = true;
-        check_at_ = at;
-    }
+    if (missing_since_ && at - *missing_since_ > doubtful_silence)
+        silence_ = {.since = *missing_since_, .lasted = at - *missing_since_};
     missing_since_.reset();
 }
 

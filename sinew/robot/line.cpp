@@ -58,9 +58,10 @@ bool Line::obey(Joint& joint, const Finding& finding, TimePoint now)
     if (finding.measure == Measure::stop && whole_)
         return false;
     joint.end(now);
+    joint.overrule(finding.why);
     joint.full_at_ = now; // whether it can do that, such as hold though it is hot
     if (finding.measure == Measure::stop) {
-        joint.trouble_ = joint.closed_by_ = finding.why;
+        joint.closed_by_ = finding.why;
         joint.closed_ = "it was stopped after a fault; enable the robot again";
     }
     return true;
@@ -101,8 +102,9 @@ Finding Line::plan_cycle(TimePoint now)
         if (!requests) {
             const Error why = joint->named(std::move(requests.error()));
             joint->tell(why.code, to_sentence(why));
-            joint->failed(why);
+            joint->failed(why, now);
             joint->hold_here(now);
+            joint->overrule(why);
             requests = joint->plan(now, resolution);
         }
         if (requests)
@@ -118,7 +120,8 @@ bool Line::plan_group(TimePoint now)
     if (group_.size() < 2)
         return false;
     const auto is_pushed = [](const Joint* joint) {
-        return (joint->command_.mode == Mode::current || joint->command_.mode == Mode::torque) && !joint->must_set_up_;
+        return (joint->command_.mode == Mode::current || joint->command_.mode == Mode::torque) &&
+               !joint->must_set_up_ && joint->may_send();
     };
     if (!std::ranges::all_of(group_, is_pushed))
         return false;
@@ -209,11 +212,12 @@ void Line::absorb(TimePoint now)
         const auto& request = requests_[i];
         const auto& result = results_[i];
         if (!result.good) {
+            const TimePoint since = result.sent_at >= begun_at_ ? result.sent_at : result.at;
             if (owners_[i] != nullptr)
-                owners_[i]->failed(result.error);
+                owners_[i]->failed(result.error, since);
             else
                 for (Joint* joint : group_)
-                    joint->failed(result.error);
+                    joint->failed(result.error, since);
             continue;
         }
         if (!request.answered)
@@ -236,19 +240,18 @@ void Line::look_after(Joint& joint, TimePoint now)
 {
     joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
     joint.guard_.observe(joint.state_);
-    if (joint.closed_ != nullptr)
+    if (joint.closed_ != nullptr && !joint.closed_by_)
         return;
     const std::string_view reset = joint.driver_->noticed_reset();
-    if (reset.empty() || joint.must_set_up_)
-        return;
-    joint.tell(Errc::bad_reply,
-               fmt::format("{} has started afresh: {}; it is set up again and holds where it is", joint.name(), reset));
-    joint.must_set_up_ = true;
-    joint.referenced_ = joint.referenced_ && joint.family().name != "nuri";
-    joint.guard_.begin(joint.state_, now);
-    if (joint.command_.mode != Mode::release)
-        joint.hold_here(now);
-    joint.fresh_ = true;
+    if (!reset.empty() && !joint.must_set_up_)
+        joint.start_afresh(
+            fmt::format("{} has started afresh: {}; it is set up again and holds where it is", joint.name(), reset),
+            now);
+    else if (joint.silence_ && joint.raw_.position_rad && joint.raw_.position_rad.at() > joint.silence_->since)
+        joint.start_afresh(fmt::format("{} did not answer for {:.2f} s and may have started afresh; it is set up "
+                                       "again and holds where it is",
+                                       joint.name(), seconds(joint.silence_->lasted)),
+                           now);
 }
 
 } // namespace sinew::robot

@@ -26,6 +26,8 @@ public:
         : robot_(robot), options_(options), player_(robot.file(), sequence, options.speed * speed_kept),
           states_(robot.joints().size())
     {
+        for (const Joint& joint : robot.joints())
+            overruled_.push_back(joint.overruled());
     }
 
     std::expected<Status, Error> run()
@@ -64,6 +66,8 @@ private:
 
     void send(Joint& joint, std::size_t index)
     {
+        if (joint.overruled() != overruled_[index])
+            return give_up(*joint.trouble());
         const auto& can = joint.capabilities();
         const bool plans_itself = can.timed && can.timing == actuator::Timing::by_device;
         std::expected<void, Error> set;
@@ -73,10 +77,16 @@ private:
             joint.renew();
         else
             set = send_motion(joint, index);
-        if (!set && !refused_) {
-            refused_ = std::move(set.error());
-            player_.stop();
-        }
+        if (!set)
+            give_up(std::move(set.error()));
+    }
+
+    /// The others slow down, and all hold.
+    void give_up(Error why)
+    {
+        if (!refused_)
+            refused_ = std::move(why);
+        player_.stop();
     }
 
     /// What a late loop or a slow bus leaves behind is made up for before the motion goes on.
@@ -135,7 +145,8 @@ private:
     SequencePlayer player_;
     Status status_ = Status::running;
     std::vector<State> states_;
-    std::uint64_t sent_ = 0; ///< motions
+    std::uint64_t sent_ = 0;               ///< motions
+    std::vector<std::uint64_t> overruled_; ///< of each joint, when this began
     std::optional<Error> refused_;
 };
 

@@ -262,6 +262,36 @@ TEST(Play, AJointThatIsTooHotInTheMiddleOfAMotionEndsThePlayWithTheReason)
     }
 }
 
+TEST(Play, AServoWhoseSupplyFailedForAMomentEndsThePlayAndDoesNotLeapBack)
+{
+    auto file = pair_with(R"({pose = "up"}, {wait_s = 1}, {pose = "down"})");
+    file.joints[0].stop_time_s = 0.2;
+    Rig rig(file);
+    rig.enable();
+    PlayOptions options;
+    const TimePoint begun = rig.now();
+    bool cut = false;
+    double lowest = units::rad(80);
+    options.each = [&](const SequencePlayer&) {
+        lowest = std::min(lowest, cut ? rig.truth_rad("elbow") : lowest);
+        if (!cut && rig.now() - begun > 1500ms) {
+            rig.inject(sim::FaultKind::power_cut, "elbow", 0.2);
+            sim::Fault push{.kind = sim::FaultKind::push, .joint = "elbow", .for_s = 0.2};
+            push.torque_nm = -5.0;
+            rig.simulator->world().inject(push);
+            cut = true;
+        }
+    };
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_FALSE(played);
+    EXPECT_NE(said(played).find("elbow did not answer for 0."), std::string::npos) << said(played);
+    EXPECT_LT(units::deg(lowest), 60.0) << "it was pushed from 80 deg";
+    EXPECT_LT(units::deg(rig.truth_rad("elbow") - lowest), 12.0);
+    EXPECT_TRUE(rig.robot->enabled());
+    EXPECT_EQ(rig.robot->find("elbow")->command().mode, Mode::hold);
+    EXPECT_NEAR(rig.truth_rad_s("knee"), 0.0, 0.01);
+}
+
 TEST(Play, AMoveSaysWhatIsWrongBeforeAnythingMoves)
 {
     Rig rig(pair_with(R"({wait_s = 1})"));

@@ -345,6 +345,58 @@ TEST(Safety, ADeviceThatStartedAfreshIsSetUpAgainAndHoldsWhereItIs)
     EXPECT_LT(rig.truth_rad("servo"), 0.49) << "it did not go on";
 }
 
+/// No gain is set, so that nothing that it forgot could show it.
+TEST(Safety, AnArmWhoseSupplyFailedForAMomentDoesNotLeapBackFromWhereItSagged)
+{
+    for (const std::string_view level : {"0", "1"}) {
+        Rig rig(file_of(fmt::format("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.elbow]\nbus = \"s\"\nid = 3\n"
+                                    "model = \"SAM-160EO200\"\nvelocity_max_deg_s = 240\n"
+                                    "[joint.elbow.profile_options]\nresponse_level = {}\n"
+                                    "[joint.elbow.plant]\nexternal_torque_nm = -5\n",
+                                    level)));
+        rig.enable();
+        Joint& elbow = *rig.robot->find("elbow");
+        ASSERT_TRUE(elbow.set({.mode = Mode::position, .position_rad = units::rad(60), .velocity_rad_s = 1.0}));
+        ASSERT_TRUE(rig.run(2s));
+        ASSERT_GT(rig.truth_rad("elbow"), units::rad(55));
+        ASSERT_TRUE(rig.robot->incidents().empty());
+        rig.inject(sim::FaultKind::power_cut, "elbow", 0.2);
+        double lowest = rig.truth_rad("elbow"), back_to = 0.0;
+        for (int i = 0; i < 200; ++i) {
+            const auto ran = rig.run(10ms);
+            ASSERT_TRUE(ran.has_value()) << said(ran);
+            const double at = rig.truth_rad("elbow");
+            if (at < lowest)
+                lowest = back_to = at;
+            back_to = std::max(back_to, at);
+        }
+        EXPECT_LT(lowest, units::rad(40)) << "it has sagged";
+        // It fell while it was looked at, and swings back from where its fall was stopped.
+        EXPECT_LT(units::deg(back_to - lowest), 12.0) << level;
+        EXPECT_EQ(elbow.command().mode, Mode::hold);
+        EXPECT_EQ(elbow.overruled(), 1U);
+        ASSERT_EQ(rig.robot->incidents().size(), 1U);
+        EXPECT_NE(rig.robot->incidents()[0].says.find("may have started afresh"), std::string::npos)
+            << rig.robot->incidents()[0].says;
+        const auto back = elbow.set({.mode = Mode::position, .position_rad = units::rad(60)});
+        EXPECT_FALSE(back.has_value()) << "a stream goes on from where it is";
+    }
+}
+
+TEST(Safety, AJointThatWasReleasedStaysFreeAfterASilence)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.servo]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-20\"\n"));
+    rig.enable();
+    ASSERT_TRUE(rig.robot->set("servo", {.mode = Mode::release}));
+    ASSERT_TRUE(rig.run(100ms));
+    rig.inject(sim::FaultKind::power_cut, "servo", 0.2);
+    ASSERT_TRUE(rig.run(1s));
+    EXPECT_EQ(rig.robot->incidents().size(), 1U);
+    EXPECT_EQ(rig.robot->find("servo")->command().mode, Mode::release);
+    EXPECT_EQ(rig.simulator->world().look("servo")->mode, "passive");
+}
+
 TEST(Safety, AHotMotorStopsTheRobot)
 {
     Rig rig(file_of(with_safety("temperature_max_c = 60")));
