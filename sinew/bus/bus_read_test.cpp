@@ -1,5 +1,5 @@
 #include "sinew/bus/bus.hpp"
-#include "sinew/bus/fake_family.hpp"
+#include "sinew/bus/fake_unusual.hpp"
 
 #include <deque>
 #include <gtest/gtest.h>
@@ -39,7 +39,11 @@ public:
         bool more = false;
     };
 
-    std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) override { return frames.size(); }
+    std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) override
+    {
+        written += frames.size();
+        return frames.size();
+    }
     std::expected<link::Arrival, Error> read(std::span<wire::Frame> into) override
     {
         ++reads;
@@ -59,6 +63,7 @@ public:
     std::deque<Portion> portions;
     bool is_gone = false; ///< after the portions
     int reads = 0;
+    std::size_t written = 0;
 };
 
 class BusRead : public ::testing::Test
@@ -77,6 +82,7 @@ protected:
     }
 
     CountingClock clock_;
+    Result result_;
     std::unique_ptr<PortionLink> made_ = std::make_unique<PortionLink>();
     PortionLink& link_ = *made_;
     Bus bus_{"portions", link::AnyLink{std::unique_ptr<link::CanLink>{std::move(made_)}}, clock_, framed};
@@ -134,6 +140,10 @@ TEST_F(BusRead, OfOneRequestReadsOnceMoreWhereSomethingElseCameFirst)
     EXPECT_TRUE(bus_.call(2, fake::CanRead{}).has_value());
     EXPECT_EQ(link_.reads, 2) << "a read of nothing costs a system call";
     EXPECT_EQ(clock_.waits, 2);
+    const auto of_all = *wire::make_request(0, fake::ReadAll{}); // goes out only where nothing is outstanding
+    bus_.start({&of_all, 1}, {&result_, 1});
+    EXPECT_FALSE(bus_.work());
+    EXPECT_EQ(link_.written, 2U);
 }
 
 } // namespace

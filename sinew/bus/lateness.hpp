@@ -41,14 +41,15 @@ public:
     {
         if (!is_possible(at))
             return false;
-        bool older = at <= doubtful_until_;
+        const bool all_in_doubt = at <= doubtful_until_;
+        bool older = all_in_doubt;
         for (Entry& entry : entries_)
             if (entry.owed > 0 && at <= entry.until && is_same(entry.asked, request)) {
                 older = true;
                 entry.until = std::max(entry.until, own_until);
                 latest_ = std::max(latest_, own_until);
             }
-        if (at <= doubtful_until_)
+        if (all_in_doubt)
             owe(request, own_until);
         return older;
     }

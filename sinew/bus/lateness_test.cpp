@@ -117,8 +117,9 @@ TEST(Lateness, EveryAnswerOfADoubtfulLineMayBeOlder)
     Lateness lateness;
     lateness.doubt_all(start + 50ms);
     lateness.owe(ask(9, fake::Read{}), end);
-    EXPECT_TRUE(lateness.may_be_older(ask(3, fake::Read{}), start + 50ms, own));
+    EXPECT_TRUE(lateness.may_be_older(ask(3, fake::Read{}), start + 50ms, end));
     EXPECT_FALSE(lateness.may_be_older(ask(4, fake::Read{}), start + 50ms + 1ns, own));
+    EXPECT_TRUE(lateness.may_be_older(ask(3, fake::Read{}), start + 50ms + 1ns, own)) << "its own one is owed";
 }
 
 TEST(Lateness, WhereMoreIsOwedThanCanBeKeptAllIsDoubtfulUntilWhatWasDroppedIsOver)
