@@ -42,7 +42,8 @@ namespace sinew::bus {
 {
     if (!settings_.paced)
         return sent_at;
-    return sent_at + (bare_ ? request : request + replies) * 3 / 4;
+    const Duration own = bare_ ? request : request + replies;
+    return sent_at + own - Duration{own.count() >> 2};
 }
 
 [[gnu::always_inline]] inline void Conversation::transmitted_can(std::size_t count, TimePoint now)

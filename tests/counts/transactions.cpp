@@ -33,9 +33,9 @@ int run(link::AnyLink link, link::Clock& clock, const wire::Protocol& protocol, 
         int count)
 {
     // What others keep from running for a while is no time-out.
-    constexpr Duration patience = std::chrono::seconds(5);
+    constexpr Duration patience = std::chrono::milliseconds(900);
     bus::Bus bus("counted", std::move(link), clock, protocol,
-                 {.margin_at_first = patience, .margin_least = patience, .margin_most = patience, .paced = false});
+                 {.margin_at_first = patience, .margin_least = patience, .margin_most = patience});
     bus.set_device(id, {.line = &line});
     for (int i = 0; i < 100; ++i)
         if (!bus.call(id, M{}))
@@ -52,10 +52,12 @@ template <class M>
 int run_on_pty(const wire::Protocol& protocol, const wire::Profile& line, const wire::ReplyOf<M>& reply, int count)
 {
     constexpr int id = 5;
+    constexpr std::uint32_t bit_rate = 1'000'000;
     link::RealClock clock;
     const auto answer = *wire::encode_reply<M>(id, reply);
-    const auto peer = support::Peer::on_pty(wire::info_of<M>.request.size, answer.bytes());
-    auto link = link::open_serial({.device = peer.device, .bit_rate = 1'000'000}, clock);
+    const auto at_least = bus::predict({.bit_rate = bit_rate}, *wire::make_request(id, M{})).total();
+    const auto peer = support::Peer::on_pty(wire::info_of<M>.request.size, answer.bytes(), at_least);
+    auto link = link::open_serial({.device = peer.device, .bit_rate = bit_rate}, clock);
     if (!link)
         return 1;
     return run<M>(std::move(*link), clock, protocol, line, id, count);
