@@ -4,6 +4,7 @@
 #include "tests/bus/rig.hpp"
 
 #include <deque>
+#include <vector>
 
 /// A serial wire, true to the byte time, that knows of every byte the host reads where it came from. So a test can say
 /// with certainty whose data a call returned, also where the bytes themselves do not tell.
@@ -31,7 +32,11 @@ struct TracedFaults {
     sim::WireFaults bytes{};  ///< of both directions; `delay_reply` of a whole answer, by up to `reply_delay`
     double cut_cable = 0.0;   ///< a frame of the host, and what it brings, is lost together with those of 20 ms
     double dead_device = 0.0; ///< the device that is asked is off for 100 ms
+    double hang_up = 0.0;     ///< the link is lost with what it holds, and comes back
     bool echo = false;        ///< the host hears itself; its link swallows that
+    /// With each frame of the host another master asks one of `others`, some time in the 20 ms that follow.
+    double other_master = 0.0;
+    std::vector<wire::Frame> others{};
 };
 
 class TracedWire final : public Port
@@ -47,10 +52,8 @@ public:
           faults_(faults), answer_(std::move(answer))
     {
         clock.watch(*this);
-        std::unique_ptr<link::ByteLink> link = std::make_unique<Link>(*this);
-        if (faults.echo)
-            link = std::make_unique<link::EchoLink>(std::move(link), link::Echo::on, clock);
-        bus.emplace("traced", link::AnyLink{std::move(link)}, clock, protocol, settings);
+        bus.emplace("traced", plug_in(), clock, protocol, settings);
+        bus->set_reopen([this]() -> std::expected<link::AnyLink, Error> { return plug_in(); }, Duration(1));
         given.emplace_back();
     }
     void seed(std::uint64_t value) { dice_.seed(value); }
@@ -80,12 +83,19 @@ private:
         explicit Link(TracedWire& wire) : wire_(wire) {}
         std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
         {
+            if (wire_.is_gone_)
+                return std::unexpected(Error{.code = Errc::link_lost});
             wire_.send(bytes);
             return bytes.size();
         }
-        std::expected<link::Arrival, Error> read(std::span<std::uint8_t> into) override { return wire_.take(into); }
+        std::expected<link::Arrival, Error> read(std::span<std::uint8_t> into) override
+        {
+            if (wire_.is_gone_)
+                return std::unexpected(Error{.code = Errc::link_lost});
+            return wire_.take(into);
+        }
         int handle() const override { return -1; }
-        link::LinkState state() const override { return {.open = true, .bit_rate = wire_.bit_rate_}; }
+        link::LinkState state() const override { return {.open = !wire_.is_gone_, .bit_rate = wire_.bit_rate_}; }
         std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t rate) override { return rate; }
 
     private:
@@ -100,12 +110,24 @@ private:
         wire::Frame sent{};
     };
 
+    link::AnyLink plug_in()
+    {
+        is_gone_ = false;
+        std::unique_ptr<link::ByteLink> link = std::make_unique<Link>(*this);
+        if (faults_.echo)
+            link = std::make_unique<link::EchoLink>(std::move(link), link::Echo::on, clock_);
+        return link::AnyLink{std::move(link)};
+    }
+
     Duration byte_time(std::size_t count) const { return bit_time(static_cast<std::int64_t>(10 * count), bit_rate_); }
 
     void send(std::span<const std::uint8_t> bytes)
     {
         const TimePoint start = std::max(clock_.now(), host_free_);
         host_free_ = start + byte_time(bytes.size());
+        is_gone_ = is_gone_ || dice_.falls(faults_.hang_up);
+        if (is_gone_)
+            coming_.clear();
         if (dice_.falls(faults_.cut_cable))
             cut_until_ = start + std::chrono::milliseconds(20);
         Hearing heard{.at = host_free_};
@@ -117,7 +139,23 @@ private:
             spoil(bytes[i], [&](std::uint8_t byte, bool, bool) { heard.bytes[heard.size++] = byte; });
         }
         if (host_free_ > cut_until_)
-            hearing_.push_back(heard);
+            hear_later(heard);
+        if (dice_.falls(faults_.other_master))
+            ask_as_other_master();
+    }
+
+    void hear_later(const Hearing& heard)
+    {
+        hearing_.insert(std::ranges::upper_bound(hearing_, heard.at, {}, &Hearing::at), heard);
+    }
+
+    void ask_as_other_master()
+    {
+        Hearing heard{.at = host_free_ + std::chrono::microseconds(dice_.pick(20'000)),
+                      .sent = faults_.others[dice_.pick(static_cast<unsigned>(faults_.others.size()))]};
+        heard.size = heard.sent.size;
+        std::ranges::copy(heard.sent.data, heard.bytes.begin());
+        hear_later(heard);
     }
 
     /// One byte through the faults: `pass(byte, is_damaged, is_noise)` for what comes out of it.
@@ -205,6 +243,7 @@ private:
     TracedFaults faults_;
     Answer answer_;
     sim::Dice dice_;
+    bool is_gone_ = false;
     TimePoint host_free_{};
     TimePoint cut_until_{};
     std::array<TimePoint, 256> dead_until_{};
