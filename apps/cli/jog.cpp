@@ -1,6 +1,7 @@
 #include "apps/cli/confirm.hpp"
 #include "apps/cli/dead_man.hpp"
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/jog_aim.hpp"
 #include "apps/cli/moving.hpp"
 #include "apps/cli/raw_terminal.hpp"
 #include "apps/cli/terminal.hpp"
@@ -16,7 +17,6 @@ namespace {
 constexpr Duration tick = std::chrono::milliseconds(20);
 constexpr int ticks_per_look = 4;
 constexpr double default_speed_rad_s = units::rad(15.0);
-constexpr double speed_factor = 1.5;
 constexpr double least_speed_rad_s = units::rad(0.5);
 
 /// A joint that follows the keys by small steps of its target.
@@ -24,7 +24,8 @@ class Jog
 {
 public:
     Jog(const Words& words, Session& session, Driven& driven, double speed_rad_s)
-        : words_(words), session_(session), driven_(driven), speed_(speed_rad_s), begin_(session.clock().now())
+        : words_(words), session_(session), driven_(driven), speed_(speed_rad_s), begin_(session.clock().now()),
+          aim_(driven.device.joint)
     {
     }
 
@@ -76,12 +77,10 @@ private:
 
     void change_speed(DeadMan::Wish wish)
     {
-        const auto* joint = driven_.device.joint;
-        const double most = joint != nullptr ? joint->velocity_max_rad_s.value_or(INFINITY) : INFINITY;
         if (wish == DeadMan::Wish::faster)
-            speed_ = std::min(speed_ * speed_factor, most);
+            speed_ = aim_.faster_rad_s(speed_);
         if (wish == DeadMan::Wish::slower)
-            speed_ = std::max(speed_ / speed_factor, least_speed_rad_s);
+            speed_ = std::max(speed_ / JogAim::speed_factor, least_speed_rad_s);
     }
 
     std::expected<void, Error> turn(int direction, bool looks)
@@ -92,15 +91,16 @@ private:
         const auto here = position_of(driven_);
         if (direction != 0 && !here)
             return {}; // and not from where it may be
+        if (direction_ == 0)
+            aim_.forget();
+        std::optional<double> target;
+        if (direction != 0)
+            target = aim_.step(*here, direction, speed_ * seconds(tick), units::rad(5.0) + 0.3 * speed_);
+        if (!target)
+            direction = 0;
         std::expected<void, Error> done;
-        if (direction != 0) {
-            if (direction_ == 0)
-                target_ = *here;
-            target_ = within_limits(target_ + direction * speed_ * seconds(tick));
-            // What does not follow is not led on: it would leap when it comes free.
-            const double ahead = units::rad(5.0) + 0.3 * speed_;
-            target_ = std::clamp(target_, *here - ahead, *here + ahead);
-            done = go();
+        if (target) {
+            done = go(*target);
         } else if (direction_ != 0) {
             if (const auto rest = come_to_rest(session_, driven_); !rest) {
                 is_told_ = true;
@@ -122,21 +122,12 @@ private:
         wants_to_end_ = !keys || unheeded.press(*keys, session_.clock().now()) == DeadMan::Wish::quit;
     }
 
-    double within_limits(double target) const
+    std::expected<void, Error> go(double target_rad)
     {
-        const auto* joint = driven_.device.joint;
-        if (joint == nullptr)
-            return target;
-        return std::clamp(target, joint->position_min_rad.value_or(-INFINITY),
-                          joint->position_max_rad.value_or(INFINITY));
-    }
-
-    std::expected<void, Error> go()
-    {
-        actuator::Command command{.mode = actuator::Mode::position, .position_rad = target_};
+        actuator::Command command{.mode = actuator::Mode::position, .position_rad = target_rad};
         // A little faster than the steps, so that it is there when the next one comes.
         if (driven_.driver->capabilities().velocity_limit)
-            command.velocity_rad_s = speed_factor * speed_;
+            command.velocity_rad_s = aim_.faster_rad_s(speed_);
         const auto requests = plan(driven_, command);
         return requests ? carry_out(driven_, *requests) : std::unexpected(requests.error());
     }
@@ -164,7 +155,7 @@ private:
     TimePoint begin_;
     RawTerminal terminal_;
     DeadMan man_;
-    double target_ = 0.0;
+    JogAim aim_;
     int direction_ = 0;
     bool is_told_ = false; ///< to hold, with an error for all that came of it
     bool wants_to_end_ = false;
@@ -217,21 +208,24 @@ Outcome run(const Words& words)
 
 Verb jog_verb()
 {
-    return {.name = "jog",
-            .says = "Turn a device by keys, only as long as a key is held.",
-            .arguments = {target_argument},
-            .options = with_device_options(
-                {{"--speed", "S", "how fast at first, such as 30deg/s; 15deg/s where it is not given"},
-                 yes_option,
-                 {"--json", "", "print one object per look and line; stdout may then be a pipe"}}),
-            .examples = {{"sinew jog elbow --robot arm.toml", "asks first"},
-                         {"sinew jog elbow --robot arm.toml --sim --yes", "a simulated one"},
-                         {"sinew jog slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s", "slowly"}},
-            .run = run,
-            .acts = true,
-            .more = "Arrow keys or h and l turn, space or any other key stops, + and - change the speed, q ends. One "
-                    "press is a nudge of a tenth of a second; it goes on while the key repeats and stops within 0.2 s "
-                    "after the last. The limits of the robot file hold. At the end it holds its position."};
+    return {
+        .name = "jog",
+        .says = "Turn a device by keys, only as long as a key is held.",
+        .arguments = {target_argument},
+        .options =
+            with_device_options({{"--speed", "S", "how fast at first, such as 30deg/s; 15deg/s where it is not given"},
+                                 yes_option,
+                                 {"--json", "", "print one object per look and line; stdout may then be a pipe"}}),
+        .examples = {{"sinew jog elbow --robot arm.toml", "asks first"},
+                     {"sinew jog elbow --robot arm.toml --sim --yes", "a simulated one"},
+                     {"sinew jog slcan:/dev/ttyACM0 --family rmd --id 1 --speed 5deg/s", "slowly"}},
+        .run = run,
+        .acts = true,
+        .more =
+            "Arrow keys or h and l turn, space or any other key stops, + and - change the speed, q ends. One "
+            "press is a nudge of a tenth of a second; it goes on while the key repeats and stops within 0.2 s "
+            "after the last. The limits of the robot file hold; beyond one only the key that leads back turns. At the "
+            "end it holds its position."};
 }
 
 } // namespace sinew::cli

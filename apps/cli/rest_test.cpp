@@ -177,12 +177,13 @@ TEST_F(RestTest, WhateverEndsAMotionIsToldAgainUntilTheMotorIsSeenAtRest)
 TEST_F(RestTest, ASearchForAStopThatFindsNoneEndsAtRest)
 {
     auto driven = turning("waist_yaw", lost_at_first);
-    joint_of(driven).home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2};
+    joint_of(driven).home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2, .travel_max_rad = 0.3};
     Words words;
     words.add("--json", "");
-    const auto found = find_stop(words, session, driven, 500ms);
+    const auto found = find_stop(words, session, driven);
     ASSERT_FALSE(found);
-    EXPECT_NE(found.error().detail.find("has found no stop"), std::string::npos) << found.error().detail;
+    EXPECT_NE(found.error().detail.find("as far as it may for its stop, 17 deg, and found none"), std::string::npos)
+        << found.error().detail;
     EXPECT_TRUE(is_at_rest(driven));
 }
 
@@ -245,7 +246,8 @@ TEST_F(RestTest, WhatOnlyLetGoIsNotSaidToHold)
     EXPECT_NE(said.find("left_hip took no hold, so its torque is off"), std::string::npos) << said;
     const auto kept = stop_here(session, driven);
     ASSERT_FALSE(kept);
-    EXPECT_NE(kept.error().detail.find("was told to hold and did not confirm that"), std::string::npos) << kept.error().detail;
+    EXPECT_NE(kept.error().detail.find("was told to hold and did not confirm that"), std::string::npos)
+        << kept.error().detail;
 }
 
 TEST_F(RestTest, ACtrlCThatComesWhileItIsToldAgainIsNotSwallowed)

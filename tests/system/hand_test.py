@@ -241,6 +241,29 @@ class Jog(unittest.TestCase):
         self.assertAlmostEqual(looks[-1]["speed_rad_s"], math.radians(30))
         self.assertGreater(looks[-1]["position_rad"], looks[0]["position_rad"] + math.radians(3))
 
+    def test_from_beyond_a_limit_only_the_key_that_leads_back_turns_it_and_no_faster_than_it_says(self):
+        with open(DEMO, encoding="utf-8") as demo, tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+            robot.write(demo.read() + f"[joint.neck_yaw.sim]\nstart_rad = {math.radians(120)}\n")
+            robot.flush()
+            for key, way in (("\033[C", 0), ("\033[D", -1)):
+                with tempfile.TemporaryFile("w+") as out:
+                    jog = Terminal("jog", "neck_yaw", "--robot", robot.name, "--sim", "--yes", "--json", stdout=out)
+                    jog.read_until("q ends")
+                    for _ in range(30):
+                        jog.type(key)
+                        jog.wait(0.03)
+                    jog.type("q")
+                    self.assertEqual(jog.end(), 0, jog.seen)
+                    out.seek(0)
+                    looks = [json.loads(line) for line in out]
+                self.assertEqual({look["direction"] for look in looks} - {0}, {way} - {0})
+                for before, after in zip(looks, looks[1:]):
+                    moved = after["position_rad"] - before["position_rad"]
+                    # 15 deg/s, and half as fast again to catch up.
+                    most = math.radians(15 * 1.5) * (after["time_s"] - before["time_s"]) + math.radians(0.2)
+                    self.assertLessEqual(abs(moved), most)
+                self.assertEqual(looks[-1]["position_rad"] < looks[0]["position_rad"] - math.radians(3), way != 0)
+
     def test_it_needs_a_terminal(self):
         self.assertIn("needs a terminal", sinew("jog", "neck_yaw", *SIM, "--yes", code=2).stderr)
         self.assertIn("may not turn faster", sinew("jog", "neck_yaw", *SIM, "--speed", "999deg/s", code=2).stderr)
