@@ -1,7 +1,7 @@
 #include "apps/cli/forecast.hpp"
 
-#include "sinew/family/broadcast.hpp"
 #include "sinew/family/drivers.hpp"
+#include "sinew/robot/load.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -9,56 +9,34 @@
 namespace sinew::cli {
 namespace {
 
-/// A position that the device can be sent to, and what then tells where it is. Some firmware lines want a speed beside
-/// it.
-std::expected<wire::Requests, Error> position_command(actuator::Driver& driver)
-{
-    const auto& can = driver.capabilities();
-    actuator::Command command{.mode = actuator::Mode::position, .position_rad = 0.0};
-    if (can.position_low_rad && can.position_high_rad)
-        command.position_rad = (*can.position_low_rad + *can.position_high_rad) / 2;
-    auto planned = driver.plan_cycle(command, {});
-    if (planned)
-        return planned;
-    command.velocity_rad_s = 1.0;
-    return driver.plan_cycle(command, {});
-}
-
-/// Some drivers have to ask a device for a setting once. An answer of zeros brings them to what they do from then on.
-void settle(actuator::Driver& driver, const wire::Requests& requests)
-{
-    actuator::State state;
-    for (const auto& asked : requests.all()) {
-        wire::Values values;
-        for (const auto& value : wire::value_fields(asked.message->reply, asked.options)) {
-            const auto range = wire::allowed(*value.field);
-            values.add(*value.field, std::clamp<std::int64_t>(0, range.low, range.high));
-        }
-        if (const auto reply = wire::encode(*asked.message, wire::Direction::reply, asked.id, values, asked.options))
-            static_cast<void>(driver.absorb(asked, *reply, {}, state));
-    }
-}
-
 void add(std::vector<Step>& steps, const Device& device, const wire::Requests& requests)
 {
     for (const auto& request : requests.all())
         steps.push_back(step_of(device, request));
 }
 
-void add_broadcast(const Family& family, const Device& like, std::vector<Step>& stop)
+/// As the bus waits for them.
+std::vector<Step> steps_of(std::span<const robot::Load::Part> parts)
 {
-    if (const auto all = stop_of_all(family)) {
-        stop.push_back(step_of(like, all->request));
-        stop.back().joint = "all";
-    }
+    std::vector<Step> out;
+    for (const auto& part : parts)
+        out.push_back({part.joint, part.request, part.request.response_time});
+    return out;
 }
 
-std::vector<wire::Request> with_most(std::span<const Step> steps)
+void add_load(Forecast& out, std::span<const Device> devices)
 {
-    auto out = requests_of(steps);
-    for (std::size_t i = 0; i < out.size(); ++i)
-        out[i].response_time = steps[i].response_most;
-    return out;
+    const auto& one = devices.front();
+    const auto load = robot::load_of(*one.file, one.joint->bus.value, out.line);
+    if (!load) {
+        out.notes.push_back(to_sentence(load.error()));
+        return;
+    }
+    for (const auto& part : load->cycle)
+        out.cycle.push_back(step_of(*std::ranges::find(devices, part.joint, &Device::name), part.request));
+    out.most = steps_of(load->most);
+    out.stop = steps_of(load->stop);
+    out.notes.insert(out.notes.end(), load->notes.begin(), load->notes.end());
 }
 
 } // namespace
@@ -75,29 +53,22 @@ Step step_of(const Device& device, const wire::Request& request)
 Forecast forecast(const Family& family, std::span<const Device> devices, std::uint32_t bit_rate)
 {
     Forecast out{.line = {.can = family.can, .bit_rate = bit_rate}};
-    if (!devices.empty())
-        add_broadcast(family, devices.front(), out.stop);
     for (const auto& device : devices) {
         if (!device.spec) {
             out.notes.push_back(fmt::format("{} is left out: its model is not known", device.name));
             continue;
         }
         const auto driver = make_driver(*device.spec);
-        if (const auto first = driver->plan_read(actuator::Depth::motion))
-            settle(*driver, *first);
+        actuator::State state;
+        robot::settle(*driver, state);
         const auto look = driver->plan_read(actuator::Depth::motion);
-        const auto move = position_command(*driver);
-        const auto release = driver->plan({.mode = actuator::Mode::release}, {});
-        for (const auto* planned : {&look, &move, &release})
-            if (!*planned)
-                out.notes.push_back(fmt::format("{}: {}", device.name, to_sentence(planned->error())));
         if (look)
             add(out.look, device, *look);
-        if (move)
-            add(out.cycle, device, *move);
-        if (release)
-            add(out.stop, device, *release);
+        else
+            out.notes.push_back(fmt::format("{}: {}", device.name, to_sentence(look.error())));
     }
+    if (!devices.empty() && devices.front().joint != nullptr)
+        add_load(out, devices);
     return out;
 }
 
@@ -117,7 +88,7 @@ double cycles_per_s(const bus::Line& line, std::span<const Step> steps, bus::Stu
 
 bus::StopBound stop_bound(const Forecast& forecast)
 {
-    return bus::predict_stop(forecast.line, with_most(forecast.cycle), with_most(forecast.stop));
+    return bus::predict_stop(forecast.line, requests_of(forecast.most), requests_of(forecast.stop));
 }
 
 Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps)

@@ -3,10 +3,15 @@
 #include "sinew/base/units.hpp"
 #include "sinew/robot/robot.hpp"
 #include "sinew/sim/links.hpp"
+#include "sinew/sim/simulator.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
+#include <set>
 
 namespace sinew::cli {
 namespace {
@@ -65,6 +70,174 @@ TEST(Forecast, ACycleOfARobotTakesWhatThePlanSaysWithinTwoPercent)
         EXPECT_LE(rate, most * 1.02) << bus.name;
     }
 }
+
+// ---- the stop ----
+
+/// The demo robot with a policy, at full load in virtual time: each bus cycles as often as its wire allows, and all
+/// joints are sent to another place all the time.
+class Loaded
+{
+public:
+    static constexpr Duration period = std::chrono::microseconds(50);
+
+    explicit Loaded(const std::string& path)
+        : simulator_(*sim::Simulator::read(path)), buses_(*buses_of(path)), robot_(open(path))
+    {
+        for (std::size_t bus = 0; bus < buses_.size(); ++bus)
+            bounds_.push_back(stop_bound(plan(bus)));
+    }
+
+    /// Does it so long after the robot was enabled, whatever is on the wires then, and waits until the robot has
+    /// stopped. How long each bus took until all its joints were told.
+    std::vector<Duration> stop_after(Duration time, const std::function<void()>& cause)
+    {
+        EXPECT_TRUE(robot_.enable());
+        const TimePoint begun = now();
+        TimePoint caused{};
+        const auto ran = robot_.run(period, [&](robot::Robot& all) {
+            const Duration since = now() - begun;
+            for (auto& joint : all.joints())
+                (void)joint.set({.mode = robot::Mode::position,
+                                 .position_rad = joint.nearest_step_rad(units::rad(20.0) * seconds(since))});
+            if (since < time || caused != TimePoint{})
+                return;
+            caused = now();
+            cause();
+        });
+        EXPECT_FALSE(ran) << "it has stopped";
+        std::vector<Duration> out;
+        for (const bus::Bus* bus : robot_.buses()) {
+            TimePoint last{};
+            for (const auto& result : bus->stop_results())
+                last = std::max(last, result.at);
+            out.push_back(last - caused);
+        }
+        return out;
+    }
+
+    robot::Robot& robot() { return robot_; }
+    sim::Simulator& simulator() { return *simulator_; }
+    std::span<const BusTarget> buses() const { return buses_; }
+    Forecast plan(std::size_t bus) const
+    {
+        const auto& one = buses_[bus];
+        return forecast(*one.family, one.devices, one.bit_rate);
+    }
+    const bus::StopBound& bound(std::size_t bus) const { return bounds_[bus]; }
+
+private:
+    TimePoint now() { return simulator_->clock().now(); }
+
+    robot::Robot open(const std::string& path)
+    {
+        link::Links links;
+        links.add({.name = "sim",
+                   .form = "sim:FILE#BUS",
+                   .says = "A bus of this test.",
+                   .options = {},
+                   .open = [this](const link::Uri& uri, link::Clock&) { return simulator_->open(uri.fragment); }});
+        return *robot::Robot::open(path, links, simulator_->clock(), {.simulated = true});
+    }
+
+    std::unique_ptr<sim::Simulator> simulator_;
+    std::vector<BusTarget> buses_;
+    robot::Robot robot_;
+    std::vector<bus::StopBound> bounds_;
+};
+
+/// A program stops at each of so many moments, spread over what a robot reads now and then.
+constexpr int moments = 97;
+constexpr Duration moment(int i)
+{
+    return std::chrono::milliseconds(20) + i * std::chrono::microseconds(1350);
+}
+
+class StopOfALoadedRobot : public testing::TestWithParam<std::string>
+{
+protected:
+    void SetUp() override
+    {
+        path = testing::TempDir() + "sinew-policy-" + GetParam() + ".toml";
+        std::ifstream demo("robots/demo.toml");
+        std::ofstream(path) << demo.rdbuf() << "\n[safety]\npolicy = \"" << GetParam() << "\"\n";
+    }
+    void TearDown() override { std::filesystem::remove(path); }
+
+    std::string path;
+};
+
+TEST_P(StopOfALoadedRobot, FromAnotherThreadIsNeverLaterThanThePlanSays)
+{
+    Loaded loaded(path);
+    std::vector<Duration> worst(loaded.buses().size());
+    for (int i = 0; i < moments; ++i) {
+        const auto took = loaded.stop_after(moment(i), [&] { loaded.robot().request_stop(); });
+        for (std::size_t bus = 0; bus < took.size(); ++bus) {
+            EXPECT_LE(took[bus], loaded.bound(bus).ends) << loaded.buses()[bus].name << " at moment " << i;
+            worst[bus] = std::max(worst[bus], took[bus]);
+        }
+    }
+    for (std::size_t bus = 0; bus < worst.size(); ++bus) {
+        const auto& bound = loaded.bound(bus);
+        fmt::print("{} {}: {:.2f} ms at worst, planned {:.2f} ms\n", GetParam(), loaded.buses()[bus].name,
+                   seconds(worst[bus]) * 1e3, seconds(bound.ends) * 1e3);
+        EXPECT_GT(worst[bus], bound.ends / 3) << "a bound that is never nearly reached says little";
+    }
+}
+
+TEST_P(StopOfALoadedRobot, FromAnotherBusThatLosesItsLinkIsNeverLaterThanThePlanSays)
+{
+    Loaded loaded(path);
+    for (int i = 0; i < moments; ++i) {
+        const std::size_t lost = static_cast<std::size_t>(i) % loaded.buses().size();
+        const auto& name = loaded.buses()[lost].name;
+        const auto took =
+            loaded.stop_after(moment(i), [&] { EXPECT_TRUE(loaded.simulator().set_plugged(name, false)); });
+        for (std::size_t bus = 0; bus < took.size(); ++bus)
+            if (bus != lost) {
+                EXPECT_LE(took[bus], loaded.bound(bus).ends) << loaded.buses()[bus].name << " at moment " << i;
+            }
+        EXPECT_TRUE(loaded.simulator().set_plugged(name, true));
+    }
+}
+
+TEST_P(StopOfALoadedRobot, WaitsForNoExchangeThatThePlanDoesNotKnow)
+{
+    std::ofstream(path, std::ios::app) << "[joint.elbow.runtime]\np_gain = 77\nd_gain = 5\n"
+                                          "[joint.left_hip.runtime]\nacceleration_deg_s2 = 500\n";
+    Loaded loaded(path);
+    const TimePoint after_enabling = loaded.simulator().clock().now() + moment(0);
+    std::vector<std::set<std::string_view>> sent(loaded.buses().size());
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+        auto* const bus = loaded.robot().buses()[i];
+        bus->set_tap([&, bus, i](const bus::Tapped& tapped) {
+            wire::Frame frame{.can_id = tapped.can_id, .size = static_cast<std::uint8_t>(tapped.bytes.size())};
+            std::ranges::copy(tapped.bytes, frame.data.begin());
+            const auto& line = loaded.buses()[i].devices.front().line();
+            const auto* message = bus->protocol().identify(frame, wire::Direction::request, line);
+            if (tapped.direction == wire::Direction::request && tapped.at > after_enabling && message != nullptr)
+                sent[i].insert(message->name());
+        });
+    }
+    // Long enough for everything that is read now and then, and for a device that forgets what it was set to.
+    const auto cause = [&] { loaded.robot().request_stop(); };
+    loaded.simulator().world().inject(
+        {.kind = sim::FaultKind::power_cut, .joint = "left_hip", .at_s = 1.0, .for_s = 0.1});
+    loaded.stop_after(std::chrono::seconds(3), cause);
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+        std::set<std::string_view> known;
+        const auto plan = loaded.plan(i);
+        for (const auto* steps : {&plan.most, &plan.stop})
+            for (const auto& step : *steps)
+                known.insert(step.request.message->name());
+        EXPECT_GT(sent[i].size(), 3U);
+        for (const auto name : sent[i])
+            EXPECT_TRUE(known.contains(name)) << loaded.buses()[i].name << " carried " << name;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Forecast, StopOfALoadedRobot, testing::Values("hold", "release", "brake"),
+                         [](const auto& one) { return one.param; });
 
 } // namespace
 } // namespace sinew::cli

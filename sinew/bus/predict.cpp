@@ -37,6 +37,28 @@ Duration cycle_at_most(const Line& line, std::span<const wire::Request> requests
     return wire + (line.can ? longest_chain(line, requests) : response);
 }
 
+/// The frames that are on their way at once: one request of each identifier, or one for several devices, alone.
+Duration outstanding_at_most(const Line& line, std::span<const wire::Request> requests)
+{
+    Duration apart{};
+    Duration alone{};
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const Duration own = predict(line, requests[i]).wire();
+        const auto is_shorter_twin = [&](std::size_t j) {
+            const Duration other = predict(line, requests[j]).wire();
+            return requests[i].frame.can_id == requests[j].frame.can_id && (other > own || (other == own && j < i));
+        };
+        bool counts = true;
+        for (std::size_t j = 0; j < requests.size() && counts; ++j)
+            counts = !is_shorter_twin(j);
+        if (requests[i].message->request.layout->can_fixed)
+            alone = std::max(alone, own);
+        else if (counts)
+            apart += own;
+    }
+    return std::max(apart, alone);
+}
+
 /// The frames of a batch on a CAN bus, one after the other as they win it.
 class CanSchedule
 {
@@ -154,13 +176,12 @@ Duration predict_cycle(const Line& line, std::span<const wire::Request> requests
 StopBound predict_stop(const Line& line, std::span<const wire::Request> running, std::span<const wire::Request> stop)
 {
     StopBound bound;
-    Duration queued{};
     for (const auto& request : running) {
         const Exchange one = predict(line, request);
-        queued += line.can ? one.wire() : Duration{};
         bound.begins = std::max(bound.begins, line.can ? one.response : one.total());
     }
-    bound.begins += queued;
+    if (line.can)
+        bound.begins += outstanding_at_most(line, running);
     if (stop.empty()) {
         bound.first = bound.ends = bound.begins;
         return bound;

@@ -115,8 +115,8 @@ struct StopBound {
 
 /// `running` is the exchange that the stop interrupts, `stop` what goes out then, in this order. Serial lines finish
 /// the request in progress and leave its answer the time it has on the wire, because the answer would garble the stop.
-/// So does CAN with all that is queued: where request and answer share an identifier (RMD), two that start in one
-/// instant destroy each other.
+/// So does CAN with all that is outstanding, one request of each identifier: where request and answer share an
+/// identifier (RMD), two that start in one instant destroy each other.
 StopBound predict_stop(const Line& line, std::span<const wire::Request> running, std::span<const wire::Request> stop);
 
 } // namespace sinew::bus

@@ -121,6 +121,8 @@ TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
     const std::vector queued{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
     EXPECT_EQ(predict_stop(can, queued, {}).begins, 4 * frame_time(can, 2) + 3ms);
     EXPECT_EQ(predict_stop(can, queued, {}).ends, 4 * frame_time(can, 2) + 3ms);
+    const std::vector in_turn{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms), ask(1, fake::CanRead{}, 2ms)};
+    EXPECT_EQ(predict_stop(can, in_turn, {}).begins, 4 * frame_time(can, 2) + 3ms) << "one outstanding per identifier";
     EXPECT_EQ(predict_stop(serial, {}, stop).begins, 0ms);
     const std::vector one_by_one{ask(1, fake::CanRead{}, 1ms), ask(1, fake::CanRead{}, 3ms)};
     EXPECT_EQ(predict_stop(can, {}, one_by_one).ends, 4 * frame_time(can, 2) + 4ms) << "the second waits for the first";

@@ -68,6 +68,7 @@ public:
 
 private:
     friend class Line;
+    friend class LoadOfLine;
     friend class Core;
 
     TimePoint now() const { return clock_->now(); }

@@ -91,7 +91,7 @@ Finding Line::plan_cycle(TimePoint now)
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
         if (joint->must_set_up_)
-            if (const auto settings = joint->driver_->plan_settings()) {
+            if (const auto settings = plan(*joint, Beside::settings)) {
                 add(*joint, settings->all());
                 joint->must_set_up_ = false;
             }
@@ -151,6 +151,19 @@ bool Line::plan_group(TimePoint now)
     return true;
 }
 
+std::expected<wire::Requests, Error> Line::plan(Joint& joint, Beside what)
+{
+    switch (what) {
+    case Beside::settings:
+        return joint.driver_->plan_settings();
+    case Beside::full_state:
+        return joint.driver_->plan_read(Depth::full);
+    case Beside::reset_check:
+        break;
+    }
+    return joint.driver_->plan_reset_check();
+}
+
 /// One joint a cycle, in turn: the rest of its state, and whether it has started afresh.
 void Line::add_extras(TimePoint now)
 {
@@ -161,11 +174,11 @@ void Line::add_extras(TimePoint now)
             continue;
         next_full_ = (next_full_ + i + 1) % joints_.size();
         if (full) {
-            if (const auto read = joint.driver_->plan_read(Depth::full))
+            if (const auto read = plan(joint, Beside::full_state))
                 add(joint, read->all());
             joint.full_at_ = now + between_full_readings;
         } else {
-            if (const auto look = joint.driver_->plan_reset_check())
+            if (const auto look = plan(joint, Beside::reset_check))
                 add(joint, look->all());
             joint.check_at_ = now + between_reset_checks;
         }

@@ -2,6 +2,7 @@
 #include "sinew/bus/bus.hpp"
 #include "sinew/robot/joint.hpp"
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -38,6 +39,11 @@ public:
 
     /// Makes ready what a stop sends; not while an exchange runs.
     void prepare_stop();
+    /// What a cycle carries beside the commands, now and then: settings of a device that has started afresh, the rest
+    /// of its state, and whether it has.
+    enum class Beside : std::uint8_t { settings, full_state, reset_check };
+    static constexpr std::array all_beside{Beside::settings, Beside::full_state, Beside::reset_check};
+    static std::expected<wire::Requests, Error> plan(Joint& joint, Beside what);
     std::span<const wire::Request> stop_requests() const { return stop_requests_; }
     /// What it sends when nobody has looked at the joints for a while.
     std::span<const wire::Request> unseen_stop_requests() const { return unseen_stop_requests_; }
@@ -59,6 +65,8 @@ public:
     void set_due(TimePoint due) { due_ = due; }
 
 private:
+    friend class LoadOfLine; // load.cpp
+
     void collect_stop(std::vector<wire::Request>& into, bool unseen) const;
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
