@@ -41,6 +41,8 @@ public:
 
     std::expected<std::size_t, Error> write(std::span<const wire::Frame> frames) override
     {
+        if (is_gone_before)
+            return std::unexpected(Error{.code = Errc::link_lost});
         written += frames.size();
         return frames.size();
     }
@@ -62,6 +64,7 @@ public:
 
     std::deque<Portion> portions;
     bool is_gone = false; ///< after the portions
+    bool is_gone_before = false;
     int reads = 0;
     std::size_t written = 0;
 };
@@ -132,6 +135,9 @@ TEST_F(BusRead, OfOneRequestEndsWhereTheLinkIsGone)
     ASSERT_FALSE(number.has_value());
     EXPECT_EQ(number.error().code, Errc::link_lost);
     EXPECT_EQ(clock_.waits, 1);
+    link_.is_gone_before = true;
+    EXPECT_EQ(bus_.call(2, fake::CanRead{}).error().code, Errc::link_lost);
+    EXPECT_EQ(clock_.waits, 1) << "there is nothing to wait for";
 }
 
 TEST_F(BusRead, OfOneRequestReadsOnceMoreWhereSomethingElseCameFirst)

@@ -15,6 +15,14 @@ using fake::Talk;
 
 const FakeProtocol framed{false};
 
+TEST(Conversation, HasCountedNothingAtFirst)
+{
+    const Counters none = Talk(framed).conversation.counters();
+    for (const std::uint64_t count : {none.requests, none.replies, none.timeouts, none.retries, none.late, none.strays,
+                                      none.bad_checksums, none.echoes, none.disagreements, none.quarantines})
+        EXPECT_EQ(count, 0U);
+}
+
 TEST(Conversation, SendsARequestAndTakesItsAnswer)
 {
     Talk talk(framed);

@@ -61,19 +61,19 @@ constexpr bool locks_nothing = false;
     ask_and_exit({.lock_memory = true, .priority = 50});
 }
 
-/// In a process of its own, where the system refuses to bind threads, as a container may.
-[[noreturn]] void ask_for_a_processor_where_that_is_forbidden()
+/// In a process of its own, where the system refuses that call, as a container may.
+[[noreturn]] void ask_where_a_call_fails(unsigned call, unsigned problem, const RealTime& wanted)
 {
     sock_filter steps[] = {
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_sched_setaffinity, 0, 1),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | problem),
         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
     };
     const sock_fprog filter{.len = std::size(steps), .filter = steps};
     if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
         ::_exit(100);
-    ask_and_exit({.processor = 0});
+    ask_and_exit(wanted);
 }
 
 TEST(RealTime, AsksForNothingUnlessToldTo)
@@ -171,8 +171,19 @@ TEST(RealTimeDeathTest, SaysWhyAThreadIsNotBoundToAProcessorThatThereIs)
 {
     if (::prctl(PR_GET_SECCOMP) != 0)
         GTEST_SKIP() << "the system can forbid nothing, or does already";
-    EXPECT_EXIT(ask_for_a_processor_where_that_is_forbidden(), testing::ExitedWithCode(0),
+    EXPECT_EXIT(ask_where_a_call_fails(SYS_sched_setaffinity, EPERM, {.processor = 0}), testing::ExitedWithCode(0),
                 "processor: the thread is not bound to processor 0: Operation not permitted\n");
+}
+
+TEST(RealTimeDeathTest, SaysWhatGivesLockedMemoryWhicheverWayItIsRefused)
+{
+    if (::prctl(PR_GET_SECCOMP) != 0 || locks_nothing)
+        GTEST_SKIP() << "the system can forbid nothing, or does already, or the sanitizer locks nothing";
+    for (const unsigned problem : {EPERM, ENOMEM, EAGAIN})
+        EXPECT_EXIT(ask_where_a_call_fails(SYS_mlockall, problem, {.lock_memory = true}), testing::ExitedWithCode(0),
+                    "lock_memory: memory is not locked: .*CAP_IPC_LOCK");
+    EXPECT_EXIT(ask_where_a_call_fails(SYS_mlockall, EINVAL, {.lock_memory = true}), testing::ExitedWithCode(0),
+                "lock_memory: memory is not locked: Invalid argument\n");
 }
 
 } // namespace
