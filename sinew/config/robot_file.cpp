@@ -204,6 +204,30 @@ Joint read_joint(Reader& reader, const toml::table& table, std::string name, Mar
     return joint;
 }
 
+/// A link without its options, which say how it is opened and not where it leads.
+std::string place_of(std::string_view link)
+{
+    const auto options = std::min(link.find('?'), link.size());
+    const auto fragment = std::min(link.find('#'), link.size());
+    return std::string(link.substr(0, std::min(options, fragment))) + std::string(link.substr(fragment));
+}
+
+const Bus* bus_on(std::span<const Bus> buses, std::string_view link)
+{
+    const auto at = std::ranges::find_if(
+        buses, [&](const Bus& bus) { return bus.link && place_of(bus.link->value) == place_of(link); });
+    return at == buses.end() ? nullptr : &*at;
+}
+
+void check_links(Reader& reader, const RobotFile& file)
+{
+    for (std::size_t i = 0; i < file.buses.size(); ++i)
+        if (const auto& link = file.buses[i].link)
+            if (const Bus* other = bus_on(std::span(file.buses).first(i), link->value))
+                reader.fail(link->at, fmt::format("buses {} and {} have the same link; a link carries one bus.",
+                                                  other->name, file.buses[i].name));
+}
+
 void check_buses(Reader& reader, const RobotFile& file)
 {
     std::vector<std::string_view> names;
@@ -283,6 +307,7 @@ std::expected<RobotFile, Error> parse_robot_file(std::string_view text, std::str
         file.faults = reader.sections(*sim, "fault");
     }
     check_buses(reader, file);
+    check_links(reader, file);
     if (reader.failed())
         return std::unexpected(reader.take_error());
     return file;

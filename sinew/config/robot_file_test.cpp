@@ -223,6 +223,21 @@ TEST(RobotFile, ABusThatIsNotThereSuggestsTheNearest)
               "r.toml:5:7: there is no bus 'letf', did you mean left?");
 }
 
+TEST(RobotFile, TwoBusesWithTheSameLinkAreReported)
+{
+    const auto with = [](std::string_view second) {
+        return "version = 1\n[bus.left]\nfamily = \"sam\"\nlink = \"serial:/dev/pts/3?baud=1500000\"\n"
+               "[bus.two]\nfamily = \"sam\"\nlink = \"" +
+               std::string(second) + "\"\n";
+    };
+    EXPECT_EQ(complaint(with("serial:/dev/pts/3?baud=9600")),
+              "r.toml:7:8: buses left and two have the same link; a link carries one bus.");
+    EXPECT_EQ(complaint(with("serial:/dev/pts/30")), "nothing");
+    EXPECT_EQ(complaint("version = 1\n[bus.a]\nfamily = \"sam\"\nlink = \"sim:a.toml#a\"\n"
+                        "[bus.b]\nfamily = \"sam\"\nlink = \"sim:a.toml#b\"\n"),
+              "nothing");
+}
+
 TEST(RobotFile, NumbersThatMakeNoSenseAreRefused)
 {
     EXPECT_EQ(complaint(with_joint("zero_rad = nan\n")), "r.toml:7:12: zero_rad must be a finite number.");
