@@ -122,6 +122,18 @@ TEST(ConversationBare, DistrustsALineOfBareRepliesUntilTheDeviceNamesItself)
     EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
 }
 
+TEST(ConversationBare, AsksTheProbeOnlyOnceWhereItIsWhatIsAsked)
+{
+    Talk talk(bare);
+    talk.hear({1, 2, 3});
+    talk.ask(std::pair{3, fake::BarePing{}});
+    talk.now = talk.deadline();
+    EXPECT_EQ(talk.sent(), *wire::encode_request(3, fake::BarePing{}));
+    talk.hear({3, 3});
+    EXPECT_TRUE(talk.done());
+    EXPECT_TRUE(talk.results[0].good);
+}
+
 TEST(ConversationBare, TakesNoAnswerOfWhichOneByteTooManyCameAhead)
 {
     Talk talk(bare);

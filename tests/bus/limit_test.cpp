@@ -114,15 +114,20 @@ TEST(WireLimit, ThreeBusesOfDifferentSpeedOnOneClockReachTheirOwnEach)
         bus::Bus* bus;
         std::vector<wire::Request> requests;
         std::vector<bus::Result> results;
-        Duration per_cycle;
+        std::function<Duration(int cycles)> limit;
         int done = 0;
+        Duration took{};  ///< up to the end of the latest cycle
+        Duration needs{}; ///< the least for as many
     };
-    Lane lanes[] = {{&*sam.bus, one_each<sam::QuickReadStatus>(1, 8, 10us), {}, {}},
-                    {&*nuri.bus, one_each<nuri::RequestPositionFeedback>(1, 8, 100us), {}, {}},
-                    {&*rmd.bus, one_each<rmd::ReadStatus2>(1, 8, 100us), {}, {}}};
+    const auto of_serial = [](const Lane& lane) {
+        return [&lane](int done) { return done * bus::predict_cycle(lane.bus->conversation().line(), lane.requests); };
+    };
+    const auto of_can = [&rmd](int done) { return bit_time(rmd.bits, 1'000'000) + done * 100us; };
+    Lane lanes[] = {{&*sam.bus, one_each<sam::QuickReadStatus>(1, 8, 10us), {}, of_serial(lanes[0])},
+                    {&*nuri.bus, one_each<nuri::RequestPositionFeedback>(1, 8, 100us), {}, of_serial(lanes[1])},
+                    {&*rmd.bus, one_each<rmd::ReadStatus2>(1, 8, 100us), {}, of_can}};
     for (Lane& lane : lanes) {
         lane.results.resize(8);
-        lane.per_cycle = bus::predict_cycle(lane.bus->conversation().line(), lane.requests);
         lane.bus->start(lane.requests, lane.results);
     }
     const TimePoint start = clock.now();
@@ -131,7 +136,8 @@ TEST(WireLimit, ThreeBusesOfDifferentSpeedOnOneClockReachTheirOwnEach)
         TimePoint deadline = end;
         for (Lane& lane : lanes) {
             while (lane.bus->work()) {
-                ++lane.done;
+                lane.took = clock.now() - start;
+                lane.needs = lane.limit(++lane.done);
                 lane.bus->start(lane.requests, lane.results);
             }
             deadline = std::min(deadline, lane.bus->deadline());
@@ -139,7 +145,7 @@ TEST(WireLimit, ThreeBusesOfDifferentSpeedOnOneClockReachTheirOwnEach)
         clock.wait({}, deadline);
     }
     for (const Lane& lane : lanes)
-        EXPECT_GE(share((lane.done + 1) * lane.per_cycle, end - start), enough) << lane.done;
+        EXPECT_GE(share(lane.needs, lane.took), enough) << lane.done;
     EXPECT_GT(lanes[0].done, 10 * lanes[1].done) << "the slow one held up the fast one";
 }
 
