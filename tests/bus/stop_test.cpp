@@ -6,11 +6,80 @@
 #include <sys/eventfd.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
 namespace sinew::tests {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// Something that happens while the one who drives waits, and wakes him as the descriptor of a stop does.
+class Alarm final : public Port
+{
+public:
+    explicit Alarm(WireClock& clock) { clock.watch(*this); }
+    void set(TimePoint at, std::function<void()> what)
+    {
+        at_ = at;
+        what_ = std::move(what);
+    }
+    /// Now, if it has not happened yet.
+    void make_up_for_it()
+    {
+        if (at_ != TimePoint::max())
+            run_until(at_);
+    }
+
+    TimePoint next_event() const override { return at_; }
+    void run_until(TimePoint until) override
+    {
+        if (until < at_)
+            return;
+        woke_ = std::exchange(at_, TimePoint::max());
+        what_();
+    }
+    std::optional<TimePoint> next_arrival() const override { return std::exchange(woke_, std::nullopt); }
+
+private:
+    TimePoint at_ = TimePoint::max();
+    mutable std::optional<TimePoint> woke_;
+    std::function<void()> what_;
+};
+
+using Ask = std::function<void(bus::Bus&)>;
+
+void ask_here(bus::Bus& bus)
+{
+    bus.request_stop();
+}
+
+void ask_from_another_thread(bus::Bus& bus)
+{
+    std::thread([&] { bus.request_stop(); }).join();
+}
+
+std::atomic<bus::Bus*> stopped_by_signal{nullptr};
+
+void stop_by_signal(int)
+{
+    stopped_by_signal.exchange(nullptr)->request_stop();
+}
+
+/// Of this thread, sent by another one.
+void ask_from_a_signal_handler(bus::Bus& bus)
+{
+    stopped_by_signal = &bus;
+    struct sigaction action{};
+    struct sigaction before{};
+    action.sa_handler = stop_by_signal;
+    sigemptyset(&action.sa_mask);
+    ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
+    const pthread_t drives = pthread_self();
+    std::thread([&] { pthread_kill(drives, SIGUSR1); }).join();
+    while (stopped_by_signal.load() != nullptr)
+        std::this_thread::yield();
+    sigaction(SIGUSR1, &before, nullptr);
+}
 
 /// A bus at full load, and when its devices heard the stop.
 template <class Rig, class Read>
@@ -34,8 +103,9 @@ struct Load {
     }
 
     /// Asks for the stop at so many moments of a cycle, evenly spread, and checks the bound at each.
-    void stop_at_every_moment(WireClock& clock, std::size_t expected)
+    void stop_at_every_moment(WireClock& clock, std::size_t expected, const Ask& ask = ask_here)
     {
+        Alarm alarm(clock);
         bus::Bus& bus = *rig.bus;
         bus.set_stop(stop);
         results.resize(cycle.size());
@@ -46,10 +116,14 @@ struct Load {
         for (int i = 0; i < moments; ++i) {
             heard.clear();
             bus::Bus* const self = &bus;
+            TimePoint asked{};
+            alarm.set(clock.now() + whole * i / moments, [&] {
+                asked = clock.now();
+                ask(bus);
+            });
             bus.start(cycle, results);
-            bus::drive({&self, 1}, clock.now() + whole * i / moments);
-            const TimePoint asked = clock.now();
-            bus.request_stop();
+            bus::drive({&self, 1});
+            alarm.make_up_for_it();
             bus::drive({&self, 1});
             const TimePoint carried_out = clock.now();
             clock.wait({}, carried_out + 5ms); // whatever is still on the wire
@@ -100,7 +174,7 @@ TEST(Stop, ReachesSamServosWithinTheBoundAtEveryMoment)
         EXPECT_TRUE(result.good) << "each device's own word: " << to_sentence(result.error);
 }
 
-TEST(Stop, ReachesNuriServosWithinTheBoundAtEveryMoment)
+void stop_nuris(const Ask& ask)
 {
     WireClock clock;
     SerialRig rig(clock, nuri::protocol(), 1'000'000);
@@ -118,10 +192,10 @@ TEST(Stop, ReachesNuriServosWithinTheBoundAtEveryMoment)
         load.stop.push_back(off);
     }
     load.stop.insert(load.stop.begin(), off_all);
-    load.stop_at_every_moment(clock, 8 + 8);
+    load.stop_at_every_moment(clock, 8 + 8, ask);
 }
 
-TEST(Stop, ReachesRmdMotorsWithinTheBoundAtEveryMoment)
+void stop_rmds(const Ask& ask)
 {
     WireClock clock;
     CanRig rig(clock, 1'000'000);
@@ -137,7 +211,29 @@ TEST(Stop, ReachesRmdMotorsWithinTheBoundAtEveryMoment)
             });
         load.stop.push_back(stop);
     }
-    load.stop_at_every_moment(clock, 8);
+    load.stop_at_every_moment(clock, 8, ask);
+}
+
+TEST(Stop, ReachesNuriServosWithinTheBoundAtEveryMoment)
+{
+    stop_nuris(ask_here);
+}
+
+TEST(Stop, ReachesRmdMotorsWithinTheBoundAtEveryMoment)
+{
+    stop_rmds(ask_here);
+}
+
+TEST(Stop, FromAnotherThreadReachesServosUnderFullLoadWithinTheBoundAtEveryMoment)
+{
+    stop_nuris(ask_from_another_thread);
+    stop_rmds(ask_from_another_thread);
+}
+
+TEST(Stop, FromASignalHandlerReachesServosUnderFullLoadWithinTheBoundAtEveryMoment)
+{
+    stop_nuris(ask_from_a_signal_handler);
+    stop_rmds(ask_from_a_signal_handler);
 }
 
 TEST(Stop, OfAnotherBusThatLosesItsLinkComesWithinTheBound)
@@ -230,15 +326,13 @@ TEST(Stop, ComesFromAnotherThread)
     expect_stopped(patient, reply);
 }
 
-std::atomic<bus::Bus*> stopped_by_signal{nullptr};
-
 TEST(Stop, ComesFromASignalHandler)
 {
     Patient patient;
     stopped_by_signal = &*patient.bus;
     struct sigaction action{};
     struct sigaction before{};
-    action.sa_handler = [](int) { stopped_by_signal.load()->request_stop(); };
+    action.sa_handler = stop_by_signal;
     sigemptyset(&action.sa_mask);
     ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
     const pthread_t waits = pthread_self();
