@@ -43,12 +43,7 @@ Outcome home_one(const Words& words, Session& session, Device device, double spe
     if (!from)
         return std::unexpected(from.error());
     const auto needed = from_seconds(2.0 * std::abs(*from) / speed_rad_s);
-    // What is in its way would be pushed with all there is.
-    return move_to(words, session, *driven,
-                   {.speed_rad_s = speed_rad_s,
-                    .limit = std::chrono::seconds(60) + needed,
-                    .in_steps = true,
-                    .holds_if_it_fails = true});
+    return move_to(words, session, *driven, {.speed_rad_s = speed_rad_s, .limit = std::chrono::seconds(60) + needed});
 }
 
 Outcome run(const Words& words)

@@ -9,9 +9,9 @@ namespace {
 
 constexpr Duration least_period = std::chrono::milliseconds(1);
 
-std::expected<std::optional<StepSample>, Error> look(Driven& driven, TimePoint begin)
+std::expected<std::optional<StepSample>, Error> look(const Driven& driven, Supervised& supervised, TimePoint begin)
 {
-    if (auto read = read_state(driven, actuator::Depth::motion); !read)
+    if (auto read = supervised.look(); !read)
         return std::unexpected(read.error());
     const auto& state = driven.state;
     if (!state.position_rad)
@@ -36,21 +36,18 @@ void fill_velocities(std::vector<StepSample>& samples)
 
 } // namespace
 
-std::expected<std::vector<StepSample>, Error> measured_step(Session& session, Driven& driven, double to_rad,
-                                                            Duration length)
+std::expected<std::vector<StepSample>, Error> measured_step(Session& session, Driven& driven, Supervised& supervised,
+                                                            double to_rad, Duration length)
 {
     std::vector<StepSample> samples;
     samples.push_back(
         {.position_rad = to_joint_position(driven.device.joint, driven.state.position_rad.value_or(0.0))});
-    const auto requests = plan(driven, move_to_position(driven, to_rad));
-    if (!requests)
-        return std::unexpected(requests.error());
     const TimePoint begin = session.clock().now();
-    if (auto sent = carry_out(driven, *requests); !sent)
+    if (auto sent = supervised.send(move_to_position(driven, to_rad)); !sent)
         return std::unexpected(sent.error());
     TimePoint next = begin;
     while (!interrupted() && session.clock().now() - begin < length) {
-        const auto sample = look(driven, begin);
+        const auto sample = look(driven, supervised, begin);
         if (!sample)
             return interrupted() ? samples
                                  : std::expected<std::vector<StepSample>, Error>(std::unexpected(sample.error()));

@@ -111,9 +111,10 @@ Verb move_verb()
         .run = run,
         .acts = true,
         .more =
-            "Ctrl-C makes it stay where it is. Giving up does not stop it: `sinew stop` does. Without a position it "
-            "ends at the limits of the robot file. What a device cannot do is refused; a torque needs a known "
-            "torque constant."};
+            "Ctrl-C makes it stay where it is, and so does whatever else ends it on the way. The limits of the robot "
+            "file hold for what is sent and for what is measured: speed, current, heat and faults too. A SAM knows no "
+            "speed for a move; with one it is led in small steps. What a device cannot do is refused; a torque needs a "
+            "known torque constant."};
 }
 
 } // namespace sinew::cli

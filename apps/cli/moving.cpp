@@ -1,6 +1,7 @@
 #include "apps/cli/moving.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/supervised.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/identity.hpp"
@@ -16,32 +17,13 @@ constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two
 constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
 constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
 
-std::expected<void, Error> start(Driven& driven, const Goal& goal)
-{
-    auto command = move_to_position(driven, goal.position_rad, goal.speed_rad_s);
-    if (goal.duration) {
-        command.velocity_rad_s = goal.speed_rad_s;
-        command.duration = goal.duration;
-        const auto from = known_position_of(driven);
-        if (!from)
-            return std::unexpected(from.error());
-        const double mean_speed = std::abs(goal.position_rad - *from) / seconds(*goal.duration);
-        if (auto fine = check_limits(driven.device, goal.position_rad, mean_speed); !fine)
-            return fine;
-    }
-    const auto requests = plan(driven, command);
-    return requests ? carry_out(driven, *requests) : std::unexpected(requests.error());
-}
-
-std::unexpected<Error> give_up(Session& session, Driven& driven, const Goal& goal, Error why)
-{
-    return goal.holds_if_it_fails ? held_after(session, driven, std::move(why)) : std::unexpected(std::move(why));
-}
-
 /// Looks until it has arrived, stands still or the time is over.
-Outcome follow(const Words& words, Session& session, Driven& driven, const Goal& goal, double tolerance_rad,
-               TimePoint started)
+Outcome follow(const Words& words, Session& session, Driven& driven, Supervised& supervised, const Goal& goal,
+               double tolerance_rad, TimePoint started)
 {
+    const auto give_up = [&](Errc code, std::string why) {
+        return held_after(session, driven, Error{.code = code, .detail = std::move(why)});
+    };
     const TimePoint begin = session.clock().now();
     // A move that takes its time may begin too gently to be seen.
     TimePoint progressed = begin + goal.duration.value_or(Duration{});
@@ -49,11 +31,11 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
     TimePoint shown = begin;
     for (TimePoint look = begin + tick;; look = std::max(look + tick, session.clock().now())) {
         wait_until(session, look);
-        auto read = interrupted() ? std::expected<void, Error>{} : read_state(driven, actuator::Depth::motion);
+        const auto seen = interrupted() ? std::expected<void, Error>{} : supervised.look();
         if (interrupted())
             return stop_here(session, driven);
-        if (!read)
-            return give_up(session, driven, goal, read.error());
+        if (!seen)
+            return stopped_for(session, driven, seen.error());
         const TimePoint now = session.clock().now();
         const auto here = position_of(driven);
         // More are taken than shown: where a guardian would hold must not be old.
@@ -71,62 +53,74 @@ Outcome follow(const Words& words, Session& session, Driven& driven, const Goal&
             last = here;
         }
         if (here && now - progressed > standstill)
-            return give_up(
-                session, driven, goal,
-                {.code = Errc::unsupported,
-                 .detail = fmt::format("{} stands still at {}, short of {:.2f} deg; is something in its way, or "
-                                       "is it switched off?",
-                                       driven.device.name, place_of(driven), units::deg(goal.position_rad))});
+            return give_up(Errc::unsupported,
+                           fmt::format("{} stands still at {}, short of {:.2f} deg; is something in "
+                                       "its way, or is it switched off?",
+                                       driven.device.name, place_of(driven), units::deg(goal.position_rad)));
         if (now - begin > goal.limit)
-            return give_up(
-                session, driven, goal,
-                {.code = Errc::timeout,
-                 .detail = fmt::format("{} is at {} after {:g} s and still moves; --within gives it more time",
-                                       driven.device.name, place_of(driven), seconds(goal.limit))});
+            return give_up(Errc::timeout,
+                           fmt::format("{} is at {} after {:g} s and still moves; --within gives it more time",
+                                       driven.device.name, place_of(driven), seconds(goal.limit)));
     }
 }
 
 /// Leads it there in small steps, for a device without a speed of its own. Nothing: it is at the last step.
-std::expected<std::optional<int>, Error> lead(const Words& words, Session& session, Driven& driven, const Goal& goal)
+std::expected<void, Error> lead(const Words& words, Session& session, Driven& driven, Supervised& supervised,
+                                const Goal& goal, double speed_rad_s)
 {
     const TimePoint begin = session.clock().now();
     const auto from = known_position_of(driven);
     if (!from)
         return std::unexpected(from.error());
-    const double length = goal.position_rad - *from;
-    TimePoint shown = begin;
-    for (TimePoint next = begin + tick;; next += tick) {
+    double at = *from;
+    TimePoint last = begin, shown = begin;
+    for (TimePoint next = begin + tick; at != goal.position_rad; next = std::max(next + tick, session.clock().now())) {
         wait_until(session, next);
-        const double travelled = *goal.speed_rad_s * seconds(next - begin);
-        const bool is_last = travelled >= std::abs(length);
-        const double at = is_last ? goal.position_rad : *from + std::copysign(travelled, length);
-        const auto requests = plan(driven, {.mode = actuator::Mode::position, .position_rad = at});
-        auto sent = !requests       ? std::unexpected(requests.error())
-                    : interrupted() ? std::expected<void, Error>{}
-                                    : carry_out(driven, *requests);
-        if (sent && !interrupted() && next - shown >= step) {
-            sent = read_state(driven, actuator::Depth::motion);
-            if (sent && !interrupted())
-                show_state(words, driven, next - begin);
-            shown = next;
+        if (interrupted())
+            return {};
+        // The loop may have been late; what it was late by is not gone at once.
+        const TimePoint now = session.clock().now();
+        const double most = speed_rad_s * seconds(std::min(now - last, robot::Supervisor::longest_gap));
+        last = now;
+        at = std::abs(goal.position_rad - at) <= most ? goal.position_rad
+                                                      : at + std::copysign(most, goal.position_rad - at);
+        auto done = supervised.send({.mode = actuator::Mode::position, .position_rad = at});
+        if (done && !interrupted())
+            done = supervised.look();
+        if (!done || interrupted())
+            return done;
+        if (now - shown >= step) {
+            show_state(words, driven, now - begin);
+            shown = now;
         }
-        if (interrupted()) {
-            const auto stopped = stop_here(session, driven);
-            return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
-        }
-        if (!sent)
-            return give_up(session, driven, goal, sent.error());
         // What does not follow must not be led on: it would leap when it comes free.
-        if (const auto here = position_of(driven);
-            here && std::abs(*here - at) > units::rad(10.0) + *goal.speed_rad_s) {
-            return give_up(session, driven, goal,
-                           {.code = Errc::unsupported,
-                            .detail = fmt::format("{} stays behind at {}; is something in its way?", driven.device.name,
-                                                  place_of(driven))});
-        }
-        if (is_last)
-            return std::nullopt;
+        if (const auto here = position_of(driven); here && std::abs(*here - at) > units::rad(10.0) + speed_rad_s)
+            return fail(Errc::unsupported, fmt::format("{} stays behind at {}; is something in its way?",
+                                                       driven.device.name, place_of(driven)));
     }
+    return {};
+}
+
+/// The speed at which a device is led that knows none for moves; nothing: it is sent there.
+std::optional<double> leading_speed(const Driven& driven, const Goal& goal)
+{
+    if (goal.duration || driven.driver->capabilities().velocity_limit)
+        return std::nullopt;
+    const auto* joint = driven.device.joint;
+    return goal.speed_rad_s || joint == nullptr ? goal.speed_rad_s : joint->velocity_max_rad_s;
+}
+
+std::expected<void, Error> start(const Words& words, Session& session, Driven& driven, Supervised& supervised,
+                                 const Goal& goal)
+{
+    if (const auto speed = leading_speed(driven, goal))
+        return lead(words, session, driven, supervised, goal, *speed);
+    auto command = move_to_position(driven, goal.position_rad, goal.speed_rad_s);
+    if (goal.duration) {
+        command.velocity_rad_s.reset();
+        command.duration = goal.duration;
+    }
+    return supervised.send(command);
 }
 
 /// With another model every scale is another one, and so is where it goes.
@@ -194,21 +188,16 @@ Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal
     const TimePoint started = session.clock().now();
     if (const auto from = start_of(driven); !from)
         return std::unexpected(from.error());
-    if (goal.in_steps && goal.speed_rad_s && !driven.driver->capabilities().velocity_limit) {
-        const auto ended = lead(words, session, driven, goal);
-        if (!ended)
-            return std::unexpected(ended.error());
-        return *ended ? Outcome(**ended) : follow(words, session, driven, goal, tolerance_rad, started);
-    }
-    if (auto sent = start(driven, goal); !sent) {
-        // The command may be out although nobody acknowledged it.
-        const auto code = sent.error().code;
-        if (code == Errc::stopped)
-            return stop_here(session, driven);
-        return may_pass(code) ? held_after(session, driven, sent.error())
-                              : give_up(session, driven, goal, sent.error());
-    }
-    return follow(words, session, driven, goal, tolerance_rad, started);
+    Supervised supervised(session, driven);
+    const auto sent = start(words, session, driven, supervised, goal);
+    if (!sent && !supervised.has_sent())
+        return std::unexpected(sent.error());
+    if (interrupted())
+        return stop_here(session, driven);
+    // The command may be out although nobody acknowledged it.
+    if (!sent)
+        return stopped_for(session, driven, sent.error());
+    return follow(words, session, driven, supervised, goal, tolerance_rad, started);
 }
 
 } // namespace sinew::cli

@@ -5,16 +5,14 @@
 namespace sinew::cli {
 
 struct Goal {
-    double position_rad = 0.0; ///< of the joint
-    std::optional<double> speed_rad_s;
+    double position_rad = 0.0;         ///< of the joint
+    std::optional<double> speed_rad_s; ///< not given: the most that the robot file allows
     std::optional<Duration> duration;
     Duration limit = std::chrono::seconds(60); ///< gives up after this time
-    /// Where the device knows no speed for a move: it is led there in small steps.
-    bool in_steps = false;
-    bool holds_if_it_fails = false; ///< else it goes on to where it was sent
 };
 
-/// Sends it there and shows it until it has arrived, stands still or the time is over. Ctrl-C makes it hold.
+/// Sends it there, or leads it in small steps where the device knows no speed for a move, and shows it until it has
+/// arrived, stands still, comes to a limit or the time is over. Whatever ends it on the way makes it hold: Ctrl-C too.
 Outcome move_to(const Words& words, Session& session, Driven& driven, const Goal& goal);
 
 /// What a joint is doing, as a line: `time` since the start.

@@ -92,14 +92,16 @@ Plan refused(const Plan&, int)
 class RestTest : public testing::Test
 {
 protected:
+    RestTest() { words.add("--json", ""); }
+
     /// A joint of the demo robot that turns, with holds of a kind of their own.
     Driven turning(const std::string& joint, OtherHold::Change change)
     {
-        Words words;
-        words.add("TARGET", joint);
-        words.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
-        words.add("--sim", "");
-        auto device = target(words);
+        Words of;
+        of.add("TARGET", joint);
+        of.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
+        of.add("--sim", "");
+        auto device = target(of);
         auto driven = device ? drive(session, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(driven) << to_sentence(driven.error());
         driven->driver = std::make_unique<OtherHold>(std::move(driven->driver), std::move(change), hidden);
@@ -150,6 +152,7 @@ protected:
 
     Hidden hidden;
     Session session;
+    Words words; ///< of the verb
 };
 
 /// The first telling is lost, and those of the second look as well.
@@ -178,8 +181,6 @@ TEST_F(RestTest, ASearchForAStopThatFindsNoneEndsAtRest)
 {
     auto driven = turning("waist_yaw", lost_at_first);
     joint_of(driven).home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2, .travel_max_rad = 0.3};
-    Words words;
-    words.add("--json", "");
     const auto found = find_stop(words, session, driven);
     ASSERT_FALSE(found);
     EXPECT_NE(found.error().detail.find("as far as it may for its stop, 17 deg, and found none"), std::string::npos)
@@ -194,29 +195,49 @@ TEST_F(RestTest, AStopThatFailedIsNotTriedOnceMoreNorToldTwice)
         holds = before + 1;
         return refused({}, before);
     });
-    Words words;
-    words.add("--json", "");
     const auto refusal = come_to_rest(session, driven);
     ASSERT_FALSE(refusal);
     const int holds_of_one_stop = holds;
     (void)std::raise(SIGINT);
-    const auto moved = move_to(words, session, driven, {.position_rad = 1.0, .holds_if_it_fails = true});
+    const auto moved = move_to(words, session, driven, {.position_rad = 0.3});
     clear_interrupt();
     ASSERT_FALSE(moved);
     EXPECT_EQ(moved.error().detail, refusal.error().detail);
     EXPECT_EQ(holds, 2 * holds_of_one_stop);
 }
 
-TEST_F(RestTest, ALimitThatWasLeftIsToldAlsoWhereTheMotorTurnsOn)
+TEST_F(RestTest, AMoveWhoseLookFailsComesToRest)
+{
+    for (const auto* joint : {"waist_yaw", "elbow", "left_hip"}) {
+        auto driven = turning(joint, as_it_is);
+        ASSERT_TRUE(read_state(driven, actuator::Depth::full));
+        hidden.looks = 1;
+        const auto moved = move_to(words, session, driven, {.position_rad = 0.5, .speed_rad_s = 0.1});
+        EXPECT_FALSE(moved) << joint;
+        EXPECT_TRUE(is_at_rest(driven)) << joint;
+    }
+}
+
+TEST_F(RestTest, AMoveThatTakesTooLongComesToRest)
+{
+    for (const auto* joint : {"waist_yaw", "left_hip"}) {
+        auto driven = turning(joint, as_it_is);
+        ASSERT_TRUE(read_state(driven, actuator::Depth::full));
+        const auto moved = move_to(words, session, driven, {.position_rad = 0.5, .speed_rad_s = 0.1, .limit = 200ms});
+        ASSERT_FALSE(moved) << joint;
+        EXPECT_NE(moved.error().detail.find("--within"), std::string::npos) << moved.error().detail;
+        EXPECT_TRUE(is_at_rest(driven)) << joint;
+    }
+}
+
+TEST_F(RestTest, ALimitIsToldAlsoWhereTheMotorTurnsOn)
 {
     auto driven = turning("waist_yaw", lost);
-    joint_of(driven).position_max_rad = 0.0;
-    Words words;
-    words.add("--json", "");
+    joint_of(driven).position_max_rad = 0.5;
     const auto ended = turn_on(words, session, driven,
                                {.mode = actuator::Mode::velocity, .value = 0.3, .time = std::chrono::seconds(5)});
     ASSERT_FALSE(ended);
-    for (const auto* part : {"waist_yaw left its limits at", "not seen to stand still"})
+    for (const auto* part : {"waist_yaw: it has come to its limit of 28.65 deg", "not seen to stand still"})
         EXPECT_NE(ended.error().detail.find(part), std::string::npos) << ended.error().detail;
 }
 
@@ -357,8 +378,6 @@ TEST_F(RestTest, APlaceThatWasNotMeasuredIsNotTakenForZero)
     auto driven = turning("waist_yaw", as_it_is);
     ASSERT_TRUE(come_to_rest(session, driven));
     hidden.positions = 20;
-    Words words;
-    words.add("--json", "");
     testing::internal::CaptureStdout();
     const auto moved = move_to(words, session, driven, {.position_rad = 0.0, .speed_rad_s = 0.2});
     (void)testing::internal::GetCapturedStdout();

@@ -116,11 +116,14 @@ std::expected<void, Error> draw(const Words& words, const Device& device, const 
 /// The step with the gains that are set now.
 Outcome step(const Words& words, Session& session, Driven& driven, const Trial& trial, std::vector<StepSample>& samples)
 {
-    auto measured = measured_step(session, driven, trial.to_rad, trial.length);
+    Supervised supervised(session, driven, Reached::by_a_leap);
+    auto measured = measured_step(session, driven, supervised, trial.to_rad, trial.length);
     if (interrupted())
         return stop_here(session, driven);
+    if (!measured && !supervised.has_sent())
+        return std::unexpected(measured.error());
     if (!measured)
-        return held_after(session, driven, measured.error());
+        return stopped_for(session, driven, measured.error());
     samples = std::move(*measured);
     if (auto drawn = draw(words, driven.device, trial, samples); !drawn)
         return std::unexpected(drawn.error());
@@ -234,7 +237,9 @@ Verb tune_verb()
             .acts = true,
             .more = "Gains are set until power-off, and what was there before is set back afterwards; --keep stores "
                     "them instead. A Nuri has no gains to try: sinew set TARGET position-controller stores them. The "
-                    "joint stays where the step went. Looks are as many as the bus allows: steps that are faster than "
+                    "joint stays where the step went. step_max_deg of the robot file says how long a step may be, and "
+                    "its other limits hold for what is measured. Looks are as many as the bus allows: steps that are "
+                    "faster than "
                     "that are not seen well."};
 }
 

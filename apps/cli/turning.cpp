@@ -1,6 +1,7 @@
 #include "apps/cli/turning.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/supervised.hpp"
 #include "sinew/base/units.hpp"
 
 #include <charconv>
@@ -54,17 +55,6 @@ actuator::Command command_for(const Turning& turning)
                                                             : out.torque_nm;
     value = turning.value;
     return out;
-}
-
-/// Beyond a limit of the robot file and still going on.
-bool leaves_limits(const config::Joint* joint, double here, std::optional<double> before)
-{
-    if (joint == nullptr)
-        return false;
-    const auto& most = joint->position_max_rad;
-    const auto& least = joint->position_min_rad;
-    return (most && here > *most && (!before || here > *before)) ||
-           (least && here < *least && (!before || here < *before));
 }
 
 /// With torque; without where holding is not possible, for nothing may go on turning.
@@ -150,39 +140,23 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
 
 Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning)
 {
-    const auto* joint = driven.device.joint;
-    const auto requests = plan(driven, command_for(turning));
-    if (!requests)
-        return std::unexpected(requests.error());
+    Supervised supervised(session, driven);
     const TimePoint begin = session.clock().now();
-    auto before = position_of(driven);
-    auto done = carry_out(driven, *requests);
+    auto done = supervised.send(command_for(turning));
+    if (!done && !supervised.has_sent())
+        return std::unexpected(done.error());
     for (int n = 1; done && !interrupted() && session.clock().now() - begin < turning.time; ++n) {
         wait_until(session, begin + n * tick);
         if (interrupted())
             break;
-        done = read_state(driven, actuator::Depth::motion);
-        if (!done)
-            break;
-        const auto here = position_of(driven);
-        if (n % ticks_per_line == 0)
+        done = supervised.look();
+        if (n % ticks_per_line == 0 && !interrupted())
             show_state(words, driven, session.clock().now() - begin);
-        if (here && leaves_limits(joint, *here, before)) {
-            const auto left = fmt::format("{} left its limits at {}", driven.device.name, place_of(driven));
-            const auto rest = come_to_rest(session, driven, Otherwise::release);
-            if (!rest)
-                return fail(rest.error().code, fmt::format("{}; and {}", left, to_sentence(rest.error())));
-            const auto says = says_of(driven, *rest);
-            fmt::print(stderr, "sinew: {} and was stopped{}{}\n", left, says.empty() ? "" : "; ", says);
-            return exit_at_limit;
-        }
-        if (here)
-            before = here;
     }
     if (interrupted())
         return stop_here(session, driven, Otherwise::release);
     if (!done)
-        return held_after(session, driven, done.error(), Otherwise::release);
+        return stopped_for(session, driven, done.error(), Otherwise::release);
     const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : let_go(driven);
     if (!ended)
         return std::unexpected(ended.error());

@@ -144,8 +144,10 @@ class Turning(unittest.TestCase):
         self.assertLess(back[-1]["position_rad"], back[0]["position_rad"] - 0.001)
 
     def test_it_stops_at_the_limits_of_the_robot_file(self):
-        done = sinew("move", "neck_yaw", "--velocity", "60deg/s", "--for", "20s", *SIM, "--yes", code=14)
-        self.assertIn("left its limits at 8", done.stderr)
+        for sign in (1, -1):
+            done = sinew("move", "neck_yaw", "--velocity", f"{sign * 60}deg/s", "--for", "20s", *SIM, "--yes", code=14)
+            self.assertIn(f"has come to its limit of {sign * 80}.00 deg", done.stderr)
+            self.assertLessEqual(abs(float(re.search(r"stopped at (-?[\d.]+) deg", done.stderr)[1])), 80.0)
 
     def test_what_cannot_be_is_refused(self):
         for words, code, said in ((["elbow", "--current", "1A", "--for", "1s"], 10, "no command for a current"),

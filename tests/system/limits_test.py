@@ -1,6 +1,8 @@
 """What the verbs that drive one device let through: what it is, and the limits of the robot file."""
+import json
 import math
 import os
+import re
 import tempfile
 import unittest
 
@@ -60,6 +62,82 @@ class AnotherDevice(Rig):
             done = sinew(*way, *words, code=8)
             self.assertIn("joint has the gear ratio 2.5, and the robot file says 1", done.stderr)
             self.assertAlmostEqual(self.place(), before, delta=0.1, msg=way)
+
+
+RMD = ('version = 1\n[bus.b]\nfamily = "rmd"\n[joint.joint]\nbus = "b"\nid = 1\nmodel = "MG"\nprofile = "rmd-2.35"\n'
+       'position_min_deg = -30\nposition_max_deg = 30\nvelocity_max_deg_s = {}\n')
+
+
+def hot(at_s):
+    return f'[[sim.fault]]\njoint = "joint"\nkind = "hot-motor"\ntemperature_c = 80\nat_s = {at_s}\n'
+
+
+class Limits(Rig):
+    """In virtual time: what happens is the same every time."""
+
+    def run_one(self, robot, *words, code=0):
+        return sinew(words[0], "joint", *words[1:], "--robot", self.robot(robot), "--sim", "--yes", "--json", code=code)
+
+    def looks(self, done):
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def speeds(self, looks):
+        return [math.degrees(b["position_rad"] - a["position_rad"]) / (b["time_s"] - a["time_s"]) for a, b in zip(looks, looks[1:])]
+
+    def stopped_at(self, done):
+        return float(re.search(r"it was stopped at (-?[\d.]+) deg", done.stderr)[1])
+
+    def test_a_servo_that_knows_no_speed_keeps_to_the_greatest(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200") + "velocity_max_deg_s = 10\nstep_max_deg = 5\n"
+        for words, most in ((["20deg"], 10), (["20deg", "--speed", "5deg/s"], 5)):
+            looks = self.looks(self.run_one(robot, "move", *words))
+            self.assertLess(max(self.speeds(looks)), most * 1.25)
+            self.assertAlmostEqual(math.degrees(looks[-1]["position_rad"]), 20, delta=0.6)
+        self.assertIn("10 deg/s", self.run_one(robot, "move", "20deg", "--speed", "11deg/s", code=2).stderr)
+
+    def test_a_step_is_no_longer_than_the_longest(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200") + "step_max_deg = 5\n"
+        for words in (["move", "20deg"], ["tune", "--to", "20deg"]):
+            done = self.run_one(robot, *words, code=2)
+            self.assertIn("more than the 5.00 deg allowed", done.stderr)
+        self.run_one(robot, "tune", "--to", "4deg")
+        self.run_one(robot, "move", "20deg", "--speed", "30deg/s")
+
+    def test_what_turns_without_end_rests_within_its_limits(self):
+        for robot, words in ((RMD.format(200), ["--velocity", "200deg/s"]), (RMD.format(200), ["--velocity", "-200deg/s"]),
+                             (RMD.format(2000), ["--current", "2A"]), (RMD.format(2000), ["--current", "-2A"]),
+                             ("version = 1\n" + SAM.format("SAM-160EO200"), ["--velocity", "100deg/s"])):
+            done = self.run_one(robot, "move", *words, "--for", "9s", code=14)
+            self.assertIn("it has come to its limit of", done.stderr)
+            most = 140 if "sam" in robot else 30
+            self.assertLessEqual(abs(self.stopped_at(done)), most, words)
+            self.assertGreater(abs(self.stopped_at(done)), most / 2, words)
+
+    def test_what_a_current_makes_too_fast_is_stopped(self):
+        done = self.run_one(RMD.format(20).replace("30", "300"), "move", "--current", "0.5A", "--for", "5s", code=14)
+        self.assertRegex(done.stderr, r"joint: it turns at [\d.]+ deg/s, 20.0 deg/s are allowed; it was stopped at")
+
+    def test_a_motor_that_gets_hot_is_stopped_and_one_that_is_is_not_moved(self):
+        robot = RMD.format(20) + "temperature_max_c = 30\n"
+        for words in (["move", "25deg"], ["move", "--velocity", "5deg/s", "--for", "5s"], ["tune", "--to", "20deg"]):
+            done = self.run_one(robot + hot(0.2), *words, code=14)
+            self.assertIn("joint: it is 80 °C hot, 30 °C are allowed", done.stderr)
+            self.assertLess(self.stopped_at(done), 20)
+            done = self.run_one(robot + hot(0), *words, code=2)
+            self.assertIn("joint: it is 80 °C hot, 30 °C are allowed", done.stderr)
+            self.assertNotIn("stopped", done.stderr)
+
+    def test_a_motor_that_takes_too_much_is_stopped(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200") + "velocity_max_deg_s = 10\ncurrent_max_a = 0.3\n"
+        done = self.run_one(robot + "[joint.joint.plant]\ngravity_torque_nm = 2\n", "move", "100deg", code=14)
+        self.assertRegex(done.stderr, r"joint: it takes 0\.3\d A, 0\.30 A are allowed")
+
+    def test_a_device_that_reports_a_fault_is_stopped(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200")
+        for words in (["move", "130deg", "--speed", "20deg/s"], ["move", "--velocity", "20deg/s", "--for", "5s"]):
+            done = self.run_one(robot + hot(0.2), *words, code=10)
+            self.assertIn("the device reports over temperature", done.stderr)
+            self.assertLess(self.looks(done)[-1]["time_s"], 1.0)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,135 @@
+#include "apps/cli/supervised.hpp"
+
+#include "apps/cli/turning.hpp"
+#include "sinew/base/units.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+
+namespace sinew::cli {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A driver that a test looks on at, and whose device may not say where it is.
+class Observed final : public actuator::Driver
+{
+public:
+    using Look = std::function<void(const actuator::Command&)>;
+
+    Observed(std::unique_ptr<actuator::Driver> driver, Look look, const bool& is_lost)
+        : driver_(std::move(driver)), look_(std::move(look)), is_lost_(is_lost)
+    {
+    }
+    const actuator::Capabilities& capabilities() const override { return driver_->capabilities(); }
+    std::expected<wire::Requests, Error> plan(const actuator::Command& command, const actuator::State& state) override
+    {
+        look_(command);
+        return driver_->plan(command, state);
+    }
+    std::expected<wire::Requests, Error> plan_read(actuator::Depth depth, double resolution_rad) override
+    {
+        return driver_->plan_read(depth, resolution_rad);
+    }
+    std::expected<wire::Requests, Error> plan_cycle(const actuator::Command& command,
+                                                    const actuator::State& state) override
+    {
+        return driver_->plan_cycle(command, state);
+    }
+    std::expected<void, Error> absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at,
+                                      actuator::State& state) override
+    {
+        auto absorbed = driver_->absorb(asked, reply, at, state);
+        if (is_lost_)
+            state.position_rad = {};
+        return absorbed;
+    }
+    std::expected<wire::Requests, Error> plan_settings() override { return driver_->plan_settings(); }
+    std::expected<wire::Requests, Error> plan_reset_check() override { return driver_->plan_reset_check(); }
+    std::string_view noticed_reset() const override { return driver_->noticed_reset(); }
+
+private:
+    std::unique_ptr<actuator::Driver> driver_;
+    Look look_;
+    const bool& is_lost_;
+};
+
+class SupervisedTest : public testing::Test
+{
+protected:
+    SupervisedTest() { words.add("--json", ""); }
+
+    Driven driven(const std::string& joint, Observed::Look look)
+    {
+        Words of;
+        of.add("TARGET", joint);
+        of.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
+        of.add("--sim", "");
+        auto device = target(of);
+        auto out = device ? drive_and_read(session, std::move(*device)) : std::unexpected(device.error());
+        EXPECT_TRUE(out) << to_sentence(out.error());
+        out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), is_lost);
+        return std::move(*out);
+    }
+
+    void pass(Duration time)
+    {
+        for (const TimePoint end = session.clock().now() + time; session.clock().now() < end;)
+            session.clock().wait({}, end);
+    }
+
+    Session session;
+    Words words;
+    bool is_lost = false; ///< it does not say where it is
+};
+
+TEST_F(SupervisedTest, ALoopThatWasLateDoesNotCatchUpInABurst)
+{
+    constexpr double speed_rad_s = units::rad(60.0);
+    std::vector<std::pair<TimePoint, double>> led;
+    auto elbow = driven("elbow", [&](const actuator::Command& command) {
+        if (command.mode != actuator::Mode::position)
+            return;
+        led.emplace_back(session.clock().now(), *command.position_rad);
+        if (led.size() == 5)
+            pass(900ms);
+    });
+    const auto moved = move_to(words, session, elbow, {.position_rad = units::rad(100.0), .speed_rad_s = speed_rad_s});
+    ASSERT_TRUE(moved) << to_sentence(moved.error());
+    ASSERT_GT(led.size(), 50U);
+    for (std::size_t i = 1; i < led.size(); ++i) {
+        const double gap_s = std::min(seconds(led[i].first - led[i - 1].first), 0.05);
+        EXPECT_LE(std::abs(led[i].second - led[i - 1].second), speed_rad_s * gap_s + 1e-9) << i; // rounding
+    }
+}
+
+TEST_F(SupervisedTest, WhatDoesNotSayWhereItIsIsNotTurnedAgainstALimit)
+{
+    int commands = 0;
+    auto hip = driven("left_hip", [&](const actuator::Command&) { ++commands; });
+    hip.state.position_rad = {};
+    const Turning turning{.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s};
+    const auto refused = turn_on(words, session, hip, turning);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().detail.find("has not been measured yet"), std::string::npos) << refused.error().detail;
+    EXPECT_EQ(commands, 0);
+}
+
+TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
+{
+    TimePoint begin{}, end{};
+    auto hip = driven("left_hip", [&](const actuator::Command& command) {
+        is_lost = command.mode == actuator::Mode::velocity;
+        (is_lost ? begin : end) = session.clock().now();
+    });
+    const auto ended = turn_on(words, session, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
+    ASSERT_FALSE(ended);
+    EXPECT_EQ(ended.error().code, Errc::timeout);
+    EXPECT_NE(ended.error().detail.find("has not said for 0.5"), std::string::npos) << ended.error().detail;
+    EXPECT_GT(end, begin);
+    EXPECT_LT(end - begin, 700ms); // silence_max_s, and what a look takes
+}
+
+} // namespace
+} // namespace sinew::cli
