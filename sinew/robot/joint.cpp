@@ -65,7 +65,7 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
     : resolved_(&resolved), clock_(&clock), incidents_(&incidents), mounting_(Mounting::of(*resolved.joint)),
       driver_(make_driver(resolved.device)), stopper_(make_driver(resolved.device)),
       can_(mounting_.to_joint(driver_->capabilities())),
-      guard_(resolved.joint->name, id_of(resolved.device), rules_of(*resolved.joint, file.safety),
+      guard_(resolved.joint->name, id_of(resolved.device), rules_of(*resolved.joint, file.safety, can_),
              static_cast<bool>(can_.velocity_limit)),
       policy_(mode_of(file.safety.policy)), holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()),
       referenced_(is_absolute(resolved)), answered_at_(clock.now())
@@ -241,7 +241,7 @@ Command Joint::next(TimePoint at)
         const double step = walk_->velocity_rad_s * seconds(std::min<Duration>(at - walk_->at, longest_step));
         walk_->at = at;
         const double way = walk_->to_rad - from;
-        out.position_rad = from + std::clamp(way, -step, step);
+        out.position_rad = guard_.nearest_lead_rad(from + std::clamp(way, -step, step), at);
         out.velocity_rad_s.reset();
         out.duration.reset();
     } else if (command_.mode == Mode::position && command_.duration) {

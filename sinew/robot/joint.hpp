@@ -43,6 +43,8 @@ public:
     /// The position nearest to this one that `set` would take without a velocity now: what lies further is reached in
     /// the cycles after.
     double nearest_step_rad(double position_rad) const { return guard_.nearest_step_rad(position_rad, now()); }
+    /// Whether it has fallen so far behind this position that it must not be led on.
+    bool is_behind(double position_rad) const { return guard_.is_behind(position_rad, now()); }
 
     /// What was measured last, each value with its time.
     const State& state() const { return state_; }

@@ -27,7 +27,7 @@ public:
           states_(robot.joints().size())
     {
         for (const Joint& joint : robot.joints())
-            overruled_.push_back(joint.overruled());
+            watched_.push_back({.overruled = joint.overruled()});
     }
 
     std::expected<Status, Error> run()
@@ -55,8 +55,10 @@ private:
             player_.stop();
         status_ = player_.next(robot_.clock().now(), states_);
         for (std::size_t i = 0; i < joints.size(); ++i)
-            if (player_.targets()[i])
+            if (player_.targets()[i]) {
                 send(joints[i], i);
+                wait_for(joints[i], i);
+            }
         sent_ = player_.motions();
         if (options_.each)
             options_.each(player_);
@@ -66,8 +68,13 @@ private:
 
     void send(Joint& joint, std::size_t index)
     {
-        if (joint.overruled() != overruled_[index])
+        Watched& watched = watched_[index];
+        if (watched.is_given_up)
+            return;
+        if (joint.overruled() != watched.overruled) {
+            watched.is_given_up = true;
             return give_up(*joint.trouble());
+        }
         const auto& can = joint.capabilities();
         const bool plans_itself = can.timed && can.timing == actuator::Timing::by_device;
         std::expected<void, Error> set;
@@ -87,6 +94,29 @@ private:
         if (!refused_)
             refused_ = std::move(why);
         player_.stop();
+    }
+
+    /// A joint that does not follow keeps the motion waiting, for a while.
+    void wait_for(Joint& joint, std::size_t index)
+    {
+        Watched& watched = watched_[index];
+        const Setpoint& target = *player_.targets()[index];
+        const auto& at = joint.state().position_rad;
+        const bool leads_away = at && (target.position_rad - *at) * target.velocity_rad_s > 0.0;
+        if (watched.is_given_up || player_.slowing_down() || !leads_away || !joint.is_behind(target.position_rad)) {
+            watched.stuck = {};
+            return;
+        }
+        player_.wait();
+        if (!watched.stuck || std::abs(*at - *watched.stuck) > Supervisor::progress_rad)
+            watched.stuck = at;
+        if (at.at() - watched.stuck.at() < Supervisor::patience)
+            return;
+        watched.is_given_up = true;
+        (void)joint.set({.mode = Mode::hold});
+        give_up({.code = Errc::timeout,
+                 .detail = fmt::format("{}: it is at {:.2f} deg and does not follow to {:.2f} deg; is it blocked?",
+                                       joint.name(), units::deg(*at), units::deg(target.position_rad))});
     }
 
     /// What a late loop or a slow bus leaves behind is made up for before the motion goes on.
@@ -145,8 +175,13 @@ private:
     SequencePlayer player_;
     Status status_ = Status::running;
     std::vector<State> states_;
-    std::uint64_t sent_ = 0;               ///< motions
-    std::vector<std::uint64_t> overruled_; ///< of each joint, when this began
+    std::uint64_t sent_ = 0; ///< motions
+    struct Watched {
+        std::uint64_t overruled = 0;        ///< when this began
+        actuator::Measured<double> stuck{}; ///< where it has been since, though it is led
+        bool is_given_up = false;
+    };
+    std::vector<Watched> watched_; ///< by joint
     std::optional<Error> refused_;
 };
 

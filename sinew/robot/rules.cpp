@@ -1,10 +1,21 @@
 #include "sinew/robot/rules.hpp"
 
 #include "sinew/base/seconds.hpp"
+#include "sinew/base/units.hpp"
+
+#include <algorithm>
 
 namespace sinew::robot {
+namespace {
 
-Rules rules_of(const config::Joint& joint, const config::Safety& safety)
+/// How far a control loop of position trails behind a steady velocity, as a time: 0.1 s in the simulator with the gains
+/// of delivery, loaded or not; and what it gives way to a load (4 deg to half of its torque).
+constexpr double trailing_s = 0.12;
+constexpr double giving_way_rad = units::rad(5.0);
+
+} // namespace
+
+Rules rules_of(const config::Joint& joint, const config::Safety& safety, const actuator::Capabilities& can)
 {
     const auto or_else = [](const std::optional<double>& own, const std::optional<double>& common) {
         return own ? own : common;
@@ -18,8 +29,11 @@ Rules rules_of(const config::Joint& joint, const config::Safety& safety)
                            .temperature_max_c = or_else(joint.temperature_max_c, safety.temperature_max_c)},
                 .silence_max = from_seconds(safety.silence_max_s),
                 .stop_time = from_seconds(joint.stop_time_s.value_or(safety.stop_time_s))};
+    rules.torque_constant_nm_per_a = can.torque_constant_nm_per_a;
     if (safety.command_timeout_s)
         rules.command_timeout = from_seconds(*safety.command_timeout_s);
+    if (const auto velocity = or_else(joint.velocity_max_rad_s, can.velocity_max_rad_s))
+        rules.lead_max_rad = trailing_s * *velocity + std::max(giving_way_rad, rules.limits.step_max_rad.value_or(0.0));
     return rules;
 }
 

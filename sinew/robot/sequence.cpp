@@ -77,7 +77,9 @@ SequencePlayer::Status SequencePlayer::next(TimePoint now, States states)
     if (phase_ == Phase::ended)
         return status_;
     const Duration passed = called_at_ ? std::max(Duration{}, now - *called_at_) : Duration{};
-    const Duration gone_on = std::exchange(waits_, false) ? Duration{} : std::min(passed, longest_step);
+    const bool waits = std::exchange(waits_, false);
+    const Duration gone_on = waits ? Duration{} : std::min(passed, longest_step);
+    waited_ += waits ? std::min(passed, longest_step) : Duration{};
     time_ += gone_on;
     delayed_ += passed - gone_on;
     called_at_ = now;
@@ -130,6 +132,7 @@ void SequencePlayer::begin_next(States states)
     step_ = &step;
     ++steps_begun_;
     step_call_at_ = *called_at_;
+    step_waited_ = waited_;
     phase_ = Phase::carrying_out;
     if (step.kind == Step::Kind::move)
         if (auto begun = begin_move(step, states); !begun)
@@ -180,10 +183,10 @@ void SequencePlayer::carry_on(States states)
         return;
     if (step_->until) {
         const bool met = is_met(*step_->until, states);
-        const Duration limit = step_begun_ + from_seconds(step_->until->within_s);
-        if (met || (time_ >= limit && step_->until->goes_on))
+        const bool over = time_ - step_begun_ + waited_ - step_waited_ >= from_seconds(step_->until->within_s);
+        if (met || (over && step_->until->goes_on))
             slow_down(Status::running);
-        else if (time_ >= limit)
+        else if (over)
             fail(not_met(*step_->until, states));
     } else if (step_->kind == Step::Kind::move) {
         if (moving_.empty())

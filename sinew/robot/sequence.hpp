@@ -53,7 +53,7 @@ public:
     /// Ends it from the next call on: what moves slows down first.
     void stop() { stop_asked_ = true; }
 
-    /// The next call does not go on, for joints that have fallen behind.
+    /// The next call does not go on, for joints that have fallen behind; only the patience of a condition goes on.
     void wait() { waits_ = true; }
     /// How much later the sequence is than planned, by a late loop and by `wait`.
     Duration delayed() const { return delayed_; }
@@ -111,8 +111,9 @@ private:
     std::optional<TimePoint> called_at_;
     TimePoint step_call_at_{}; ///< the call in which the step began: older measurements say nothing about it
     bool waits_ = false;
-    Duration delayed_{};
-    Duration time_{}; ///< of the sequence: stands still while the loop is late
+    Duration delayed_{}, waited_{};
+    Duration step_waited_{}; ///< `waited_` when the step began
+    Duration time_{};        ///< of the sequence: stands still while the loop is late
     Duration step_begun_{}, motion_begun_{}, motion_duration_{}; ///< in that time
 
     const config::Step* step_ = nullptr;

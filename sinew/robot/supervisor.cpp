@@ -17,7 +17,7 @@ using actuator::Mode;
 using actuator::State;
 using units::deg;
 
-/// What is less than this beside a limit is the rounding of a conversion.
+/// What is less than this beside a limit, in whatever unit, is the rounding of a conversion.
 constexpr double noise_rad = 1e-9;
 /// A velocity that was measured longer ago than this is worth less than what two positions say.
 constexpr Duration old = std::chrono::milliseconds{30};
@@ -85,6 +85,8 @@ void Supervisor::begin(const State& state, TimePoint now)
     velocity_rad_s_ = fastest_rad_s_ = 0.0;
     too_fast_since_.reset();
     too_strong_since_.reset();
+    stuck_ = mark_ = {};
+    comes_ = false;
     reach_ = {rules_.limits.position_low_rad, rules_.limits.position_high_rad};
     reference_rad_ = state.position_rad;
     reference_at_ = now;
@@ -129,7 +131,33 @@ std::expected<void, Error> Supervisor::check_step(const Command& command, TimePo
                       fmt::format("a step of {:.2f} deg at once is faster than the {:.2f} deg/s allowed, by which it "
                                   "may be {:.2f} deg now; send smaller steps, or name a velocity",
                                   deg(step), deg(*rules_.limits.velocity_max_rad_s), deg(allowance_rad(now))));
+    if (!limits_velocity_ && std::abs(nearest_lead_rad(*command.position_rad, now) - *command.position_rad) > noise_rad)
+        return refuse(
+            Errc::out_of_range,
+            fmt::format("it is at {:.2f} deg and stays behind the {:.2f} deg that it was sent to; wait for it, "
+                        "for it would leap",
+                        deg(*seen_), deg(*reference_rad_)));
     return {};
+}
+
+/// From the measured position; it has been turning since.
+double Supervisor::lead_rad(TimePoint now) const
+{
+    const double turned = rules_.limits.velocity_max_rad_s.value_or(0.0) * std::max(0.0, seconds(now - seen_.at()));
+    return rules_.lead_max_rad.value_or(std::numeric_limits<double>::infinity()) + turned;
+}
+
+double Supervisor::nearest_lead_rad(double position_rad, TimePoint now) const
+{
+    if (!reference_rad_ || !seen_)
+        return position_rad;
+    const double most = comes_ ? lead_rad(now) / 2.0 : lead_rad(now);
+    return std::clamp(position_rad, std::min(*reference_rad_, *seen_ - most), std::max(*reference_rad_, *seen_ + most));
+}
+
+bool Supervisor::is_behind(double position_rad, TimePoint now) const
+{
+    return seen_ && std::abs(position_rad - *seen_) > lead_rad(now);
 }
 
 double Supervisor::nearest_step_rad(double position_rad, TimePoint now) const
@@ -139,7 +167,26 @@ double Supervisor::nearest_step_rad(double position_rad, TimePoint now) const
     double most = rules_.limits.step_max_rad.value_or(std::numeric_limits<double>::infinity());
     if (!limits_velocity_ && rules_.limits.velocity_max_rad_s)
         most = std::min(most, allowance_rad(now));
-    return *reference_rad_ + std::clamp(position_rad - *reference_rad_, -most, most);
+    return nearest_lead_rad(*reference_rad_ + std::clamp(position_rad - *reference_rad_, -most, most), now);
+}
+
+/// A current is a torque, and a torque takes a current.
+std::expected<void, Error> Supervisor::check_push(const Command& command) const
+{
+    const auto& limits = rules_.limits;
+    const auto& constant = rules_.torque_constant_nm_per_a;
+    if (!constant)
+        return {};
+    const double current = std::abs(command.current_a.value_or(0.0)),
+                 torque = std::abs(command.torque_nm.value_or(0.0));
+    const bool has_current = command.mode == Mode::current || command.mode == Mode::velocity;
+    if (has_current && limits.torque_max_nm && current * *constant > *limits.torque_max_nm + noise_rad)
+        return refuse(Errc::out_of_range, fmt::format("{:g} A are {:g} Nm, more than the {:g} Nm allowed", current,
+                                                      current * *constant, *limits.torque_max_nm));
+    if (command.mode == Mode::torque && limits.current_max_a && torque / *constant > *limits.current_max_a + noise_rad)
+        return refuse(Errc::out_of_range, fmt::format("{:g} Nm take {:g} A, more than the {:g} A allowed", torque,
+                                                      torque / *constant, *limits.current_max_a));
+    return {};
 }
 
 /// Of a command without end.
@@ -182,6 +229,8 @@ std::expected<Command, Error> Supervisor::admit(const Command& command, const St
         return std::unexpected(std::move(error));
     }
     if (auto fine = check_step(command, now); !fine)
+        return std::unexpected(std::move(fine.error()));
+    if (auto fine = check_push(command); !fine)
         return std::unexpected(std::move(fine.error()));
     if (auto fine = check_sense(command, state); !fine)
         return std::unexpected(std::move(fine.error()));
@@ -229,12 +278,25 @@ void Supervisor::observe(const State& state)
         velocity_rad_s_ = (*state.position_rad - *seen_) / gap;
     fastest_rad_s_ = std::max(std::abs(velocity_rad_s_), fastest_rad_s_ * std::exp2(-gap / fading_s));
     seen_ = state.position_rad;
+    see_whether_it_comes();
     // Who came back may not leave again.
     const auto& limits = rules_.limits;
     if (reach_.low_rad)
         reach_.low_rad = std::clamp(*state.position_rad, *reach_.low_rad, *limits.position_low_rad);
     if (reach_.high_rad)
         reach_.high_rad = std::clamp(*state.position_rad, *limits.position_high_rad, *reach_.high_rad);
+}
+
+/// One that gets on no more, such as under its load, is led on again as far as its lead goes.
+void Supervisor::see_whether_it_comes()
+{
+    if (!is_commanded_ || !rules_.lead_max_rad)
+        return;
+    if (!mark_ || std::abs(*seen_ - *mark_) > progress_rad)
+        mark_ = seen_;
+    const double gap = std::abs(*reference_rad_ - *seen_);
+    const bool stands = seen_.at() - mark_.at() >= lasting;
+    comes_ = gap >= *rules_.lead_max_rad || (comes_ && !stands && gap > *rules_.lead_max_rad / 2.0);
 }
 
 double Supervisor::stopping_distance_rad(double velocity_rad_s, Duration interval) const
@@ -313,6 +375,23 @@ Finding Supervisor::judge_place(const State& state, const Command& running, Dura
     return {};
 }
 
+/// Of a joint that goes at once wherever it is led.
+Finding Supervisor::judge_lead(const Command& running)
+{
+    const bool is_led = running.mode == Mode::position && !limits_velocity_ && is_commanded_ && seen_;
+    if (!is_led || !rules_.lead_max_rad || std::abs(*reference_rad_ - *seen_) < *rules_.lead_max_rad) {
+        stuck_ = {};
+        return {};
+    }
+    if (!stuck_ || std::abs(*seen_ - *stuck_) > progress_rad)
+        stuck_ = seen_;
+    if (seen_.at() - stuck_.at() < patience)
+        return {};
+    return finding(Measure::end, Errc::timeout,
+                   fmt::format("it is at {:.2f} deg and does not follow to {:.2f} deg; is it blocked?", deg(*seen_),
+                               deg(*reference_rad_)));
+}
+
 Finding Supervisor::judge(const State& state, const Command& running, TimePoint commanded, TimePoint answered,
                           Duration interval, TimePoint now)
 {
@@ -327,6 +406,8 @@ Finding Supervisor::judge(const State& state, const Command& running, TimePoint 
             return excess;
     if (auto place = judge_place(state, running, interval, now); place.measure != Measure::none)
         return place;
+    if (auto lead = judge_lead(running); lead.measure != Measure::none)
+        return lead;
     const bool stands = running.mode == Mode::hold || running.mode == Mode::release || running.mode == Mode::brake;
     if (!stands && rules_.command_timeout && now - commanded > *rules_.command_timeout)
         return finding(Measure::end, Errc::timeout,

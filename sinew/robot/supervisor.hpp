@@ -12,9 +12,11 @@ namespace sinew::robot {
 /// What one joint is held to, in the units of the joint.
 struct Rules {
     actuator::Limits limits;
-    std::optional<Duration> command_timeout; ///< a command that nobody renews for so long is over
-    Duration silence_max{};                  ///< so long a device may give no answer
-    Duration stop_time{};                    ///< in which it surely comes to rest after it was told to hold
+    std::optional<Duration> command_timeout;        ///< a command that nobody renews for so long is over
+    Duration silence_max{};                         ///< so long a device may give no answer
+    Duration stop_time{};                           ///< in which it surely comes to rest after it was told to hold
+    std::optional<double> lead_max_rad;             ///< so far a streamed position may be ahead of the shaft
+    std::optional<double> torque_constant_nm_per_a; ///< of the joint, where it is known
 };
 
 /// What must be done about a joint.
@@ -34,7 +36,9 @@ struct Finding {
 ///
 /// A position that is to be reached at once may be no further from the last one than the joint may turn in the time
 /// between, counted up to `longest_gap`, and `unrest` of the loop. The first is counted from the measured position, so
-/// nothing ever jumps.
+/// nothing ever jumps. Nor may it be further ahead of the shaft than `lead_max_rad` and what the joint may turn in the
+/// age of its measurement: what does not follow is not led on, or it would leap when it comes free. While it comes, it
+/// is led on from half of that, lest it go on too fast.
 class Supervisor
 {
 public:
@@ -47,6 +51,9 @@ public:
     /// A measured velocity or current counts when it lasts for so long.
     static constexpr Duration lasting = std::chrono::milliseconds{100};
     static constexpr double velocity_tolerance = 1.25; ///< times the limit: what a control loop overshoots
+    /// At its lead and still for so long, a joint that is led counts as blocked.
+    static constexpr Duration patience = std::chrono::seconds{1};
+    static constexpr double progress_rad = 0.0175; ///< 1 deg: less in that time is standing still
 
     /// From now on it begins where the joint was measured. A joint that stands beyond a limit may stay there and come
     /// back; it may go no further.
@@ -57,9 +64,13 @@ public:
     /// none that leads further out. `out_of_range` and `unsupported` with the limit and the value.
     std::expected<actuator::Command, Error> admit(const actuator::Command& command, const actuator::State& state,
                                                   TimePoint now) const;
-    /// The position nearest to this one that may be reached at once now, as far as steps go: for streams, which a late
-    /// loop must not end.
+    /// The position nearest to this one that may be reached at once now, as far as steps and the lead go: for streams,
+    /// which a late loop must not end.
     double nearest_step_rad(double position_rad, TimePoint now) const;
+    /// The same as far as the lead goes. It never takes a joint back.
+    double nearest_lead_rad(double position_rad, TimePoint now) const;
+    /// Whether the shaft is further away from this position than it may be led.
+    bool is_behind(double position_rad, TimePoint now) const;
     /// The position that is being sent in this cycle.
     void sent(double position_rad, TimePoint now);
     /// No position is sent in this cycle; it is here.
@@ -91,12 +102,16 @@ private:
     Finding finding(Measure measure, Errc code, std::string why) const;
     std::expected<void, Error> check_step(const actuator::Command& command, TimePoint now) const;
     std::expected<void, Error> check_sense(const actuator::Command& command, const actuator::State& state) const;
+    std::expected<void, Error> check_push(const actuator::Command& command) const;
     double allowance_rad(TimePoint now) const;
+    double lead_rad(TimePoint now) const;
     void refer_to(double position_rad, bool is_commanded, TimePoint now);
     Finding judge_faults(const actuator::State& state) const;
     Finding judge_excess(const actuator::State& state, TimePoint now);
     Finding judge_place(const actuator::State& state, const actuator::Command& running, Duration interval,
                         TimePoint now) const;
+    Finding judge_lead(const actuator::Command& running);
+    void see_whether_it_comes();
     bool lasts(std::optional<TimePoint>& since, bool too_much, TimePoint at);
 
     std::string joint_;
@@ -113,6 +128,9 @@ private:
     double velocity_rad_s_ = 0.0;
     double fastest_rad_s_ = 0.0; ///< of late, for how far it may still be going
     std::optional<TimePoint> too_fast_since_, too_strong_since_;
+    actuator::Measured<double> stuck_; ///< where it has been since, though it is led
+    bool comes_ = false;               ///< from where its lead had ended
+    actuator::Measured<double> mark_;  ///< where it was when it last got on
 };
 
 } // namespace sinew::robot

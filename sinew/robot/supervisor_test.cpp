@@ -25,7 +25,10 @@ State at(double deg, TimePoint when, double deg_s = 0.0)
 
 Supervisor guard(bool limits_velocity, std::optional<double> step_deg = {})
 {
-    Rules rules{.limits = {.position_low_rad = rad(-10), .position_high_rad = rad(90), .velocity_max_rad_s = rad(100)},
+    Rules rules{.limits = {.position_low_rad = rad(-10),
+                           .position_high_rad = rad(90),
+                           .velocity_max_rad_s = rad(100),
+                           .temperature_max_c = 60.0},
                 .command_timeout = 200ms,
                 .silence_max = 500ms,
                 .stop_time = 100ms};
@@ -173,6 +176,132 @@ TEST(Supervisor, ACommandWithoutEndEndsWhereItCanStillStop)
     EXPECT_EQ(elbow.judge(near, turn, start, start + 120ms, 10ms, start + 120ms).measure, Measure::end);
 }
 
+/// Led on at 100 deg/s, looked at every 10 ms; it may be 17 deg ahead.
+Supervisor led(bool limits_velocity = false)
+{
+    Rules rules{.limits = {.velocity_max_rad_s = rad(100)}, .silence_max = 10s, .lead_max_rad = rad(17)};
+    return {"elbow", 3, rules, limits_velocity};
+}
+
+TEST(Supervisor, WhatDoesNotFollowIsNotLedOn)
+{
+    Supervisor elbow = led();
+    elbow.begin(at(0, start), start);
+    TimePoint now = start;
+    double sent = 0.0;
+    for (int i = 0; i < 100; ++i) {
+        now += 10ms;
+        elbow.observe(at(0, now));
+        sent = units::deg(elbow.nearest_step_rad(rad(sent + 0.9), now));
+        elbow.sent(rad(sent), now);
+    }
+    EXPECT_NEAR(sent, 17.0, 1e-6);
+    const auto further = elbow.admit(position(17.5), at(0, now), now + 10ms);
+    ASSERT_FALSE(further);
+    EXPECT_NE(further.error().detail.find("stays behind"), std::string::npos) << further.error().detail;
+    EXPECT_TRUE(elbow.admit(position(17.0), at(0, now), now + 10ms)) << "it may stay";
+    EXPECT_TRUE(elbow.admit(position(16.5), at(0, now), now + 10ms)) << "and come back";
+    // It comes free, and is led on when it has nearly come.
+    elbow.observe(at(7, now += 10ms));
+    EXPECT_FALSE(elbow.admit(position(17.5), at(7, now), now));
+    elbow.observe(at(9, now += 10ms));
+    EXPECT_TRUE(elbow.admit(position(17.5), at(9, now), now));
+}
+
+TEST(Supervisor, AJointThatStaysBehindForASecondHasItsCommandEnded)
+{
+    for (const bool limits_velocity : {false, true}) {
+        Supervisor elbow = led(limits_velocity);
+        elbow.begin(at(0, start), start);
+        elbow.sent(rad(17), start);
+        std::optional<TimePoint> ended;
+        for (TimePoint now = start; now <= start + 3s && !ended; now += 10ms) {
+            elbow.observe(at(now < start + 1s ? 5.0 * seconds(now - start) : 5.0, now)); // it creeps, then stands
+            elbow.sent(rad(30), now);
+            if (elbow.judge(at(5, now), position(30), now, now, 10ms, now).measure == Measure::end)
+                ended = now;
+        }
+        EXPECT_EQ(ended.has_value(), !limits_velocity) << "a move of the device is its own affair";
+        if (ended) {
+            EXPECT_GT(*ended - start, 1800ms);
+            EXPECT_LT(*ended - start, 2100ms);
+        }
+    }
+}
+
+/// What `judge` finds when it is looked at every 10 ms for so long.
+Measure watched(Supervisor& elbow, const State& looks_like, Mode mode, Duration how_long)
+{
+    Measure found = Measure::none;
+    const Command running{.mode = mode, .position_rad = 0.0};
+    for (TimePoint now = start; now <= start + how_long && found == Measure::none; now += 10ms) {
+        State state = looks_like;
+        state.position_rad = {*looks_like.position_rad, now};
+        state.velocity_rad_s = {*looks_like.velocity_rad_s, now};
+        if (looks_like.current_a)
+            state.current_a = {*looks_like.current_a, now};
+        elbow.observe(state);
+        found = elbow.judge(state, running, now, now, 10ms, now).measure;
+    }
+    return found;
+}
+
+TEST(Supervisor, AJointThatTurnsTooFastForATenthOfASecondIsStopped)
+{
+    const auto at_speed = [](double deg_s, Duration how_long, Mode mode = Mode::position) {
+        Supervisor elbow = guard(false);
+        elbow.begin(at(0, start - 10ms), start - 10ms);
+        return watched(elbow, at(0, start, deg_s), mode, how_long);
+    };
+    // 100 deg/s are allowed, a quarter more is overshoot.
+    EXPECT_EQ(at_speed(124, 1s), Measure::none);
+    EXPECT_EQ(at_speed(130, 90ms), Measure::none);
+    EXPECT_EQ(at_speed(130, 100ms), Measure::stop);
+    EXPECT_EQ(at_speed(-130, 100ms), Measure::stop);
+    EXPECT_EQ(at_speed(130, 1s, Mode::release), Measure::none) << "by hand it may be faster";
+}
+
+TEST(Supervisor, AJointThatTakesTooMuchCurrentForATenthOfASecondIsStopped)
+{
+    Rules rules{.limits = {.current_max_a = 2.0}, .silence_max = 10s};
+    const auto with = [&](double current_a, Duration how_long, Mode mode = Mode::position) {
+        Supervisor elbow("elbow", 3, rules, true);
+        State state = at(0, start);
+        state.current_a = {current_a, start};
+        elbow.begin(state, start);
+        return watched(elbow, state, mode, how_long);
+    };
+    EXPECT_EQ(with(2.0, 1s), Measure::none);
+    EXPECT_EQ(with(2.1, 90ms), Measure::none) << "to start takes a moment";
+    EXPECT_EQ(with(2.1, 100ms), Measure::stop);
+    EXPECT_EQ(with(-2.1, 100ms), Measure::stop);
+    EXPECT_EQ(with(2.1, 1s, Mode::brake), Measure::none);
+}
+
+TEST(Supervisor, ACurrentAndATorqueAreTheSameLimitWhereTheConstantIsKnown)
+{
+    Rules rules{.limits = {.current_max_a = 4.0, .torque_max_nm = 3.0}};
+    const auto admits = [&](const Command& command, std::optional<double> constant) {
+        rules.torque_constant_nm_per_a = constant;
+        Supervisor elbow("elbow", 3, rules, true);
+        elbow.begin(at(0, start), start);
+        return elbow.admit(command, at(0, start), start);
+    };
+    const Command current{.mode = Mode::current, .current_a = -3.1};
+    EXPECT_TRUE(admits(current, {}));
+    EXPECT_TRUE(admits(current, 0.9));
+    const auto refused = admits(current, 1.0);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().detail, "elbow: 3.1 A are 3.1 Nm, more than the 3 Nm allowed");
+    const Command torque{.mode = Mode::torque, .torque_nm = 2.9};
+    EXPECT_TRUE(admits(torque, 1.0));
+    const auto too_strong = admits(torque, 0.5);
+    ASSERT_FALSE(too_strong);
+    EXPECT_EQ(too_strong.error().detail, "elbow: 2.9 Nm take 5.8 A, more than the 4 A allowed");
+    const Command turning{.mode = Mode::velocity, .velocity_rad_s = 0.1, .current_a = 3.1};
+    EXPECT_FALSE(admits(turning, 1.0)) << "a velocity pushes as hard";
+}
+
 TEST(Supervisor, SilenceTimeOutsHeatAndFaultsAreFound)
 {
     Supervisor elbow = guard(true);
@@ -192,6 +321,11 @@ TEST(Supervisor, SilenceTimeOutsHeatAndFaultsAreFound)
     faults.set(actuator::Fault::stall);
     faulty.faults = {faults, start};
     EXPECT_EQ(judge(faulty, start, start, start), Measure::stop);
+    State hot = at(0, start);
+    hot.temperature_c = {59.0, start};
+    EXPECT_EQ(judge(hot, start, start, start), Measure::none);
+    hot.temperature_c = {60.0, start};
+    EXPECT_EQ(judge(hot, start, start, start), Measure::stop);
 }
 
 TEST(Mounting, GoesThereAndBack)

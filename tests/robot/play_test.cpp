@@ -6,6 +6,7 @@
 #include <array>
 #include <gtest/gtest.h>
 #include <map>
+#include <utility>
 
 /// Poses, sequences and synchronised moves of simulated robots.
 namespace sinew::robot::test {
@@ -259,6 +260,78 @@ TEST(Play, AJointThatIsTooHotInTheMiddleOfAMotionEndsThePlayWithTheReason)
         EXPECT_NEAR(rig.truth_rad_s("knee"), 0.0, 0.01);
         EXPECT_NEAR(rig.truth_rad_s("elbow"), 0.0, 0.01);
         EXPECT_EQ(rig.robot->enabled(), !whole_robot);
+    }
+}
+
+struct Freed {
+    std::string said;
+    double blocked_at_deg = 0.0, there_deg = 0.0, furthest_ahead_deg = 0.0;
+    Duration took{};
+    bool is_enabled = false;
+};
+
+/// One joint on its way from 0 to 80 deg at no more than 60 deg/s, its gear stuck for a while from the middle on.
+Freed play_with_a_stuck_gear(std::string_view device, Duration stuck_for)
+{
+    Rig rig(file_of(fmt::format("version = 1\n[bus.b]\n{}id = 3\n"
+                                "position_min_deg = -5\nposition_max_deg = 140\n"
+                                "velocity_max_deg_s = 60\nstep_max_deg = 5\n[pose.up]\njoint_deg = 80\n",
+                                device)));
+    rig.enable();
+    const TimePoint begun = rig.now();
+    const auto passed = [&] { return rig.now() - begun; };
+    Freed out;
+    bool is_stuck = false;
+    PlayOptions options;
+    options.each = [&](const SequencePlayer&) {
+        if (!std::exchange(is_stuck, is_stuck || passed() > 600ms) && is_stuck) {
+            rig.inject(sim::FaultKind::stuck_gear, "joint", seconds(stuck_for));
+            out.blocked_at_deg = units::deg(rig.truth_rad("joint"));
+        }
+        const auto& sent = rig.robot->find("joint")->command().position_rad;
+        const double ahead = sent ? units::deg(*sent - rig.truth_rad("joint")) : 0.0;
+        out.furthest_ahead_deg = std::max(out.furthest_ahead_deg, ahead);
+    };
+    out.said = said(play(*rig.robot, sequence_of(*rig.robot->file().find_pose("up")), options));
+    out.took = passed();
+    bool goes_on = !out.said.empty();
+    while (goes_on && passed() < 600ms + stuck_for + 1s) {
+        const auto ran = rig.run(5ms);
+        goes_on = ran.has_value();
+        EXPECT_TRUE(goes_on) << sinew::robot::test::said(ran);
+    }
+    out.there_deg = units::deg(rig.truth_rad("joint"));
+    out.is_enabled = rig.robot->enabled();
+    return out;
+}
+
+constexpr std::string_view a_sam = "family = \"sam\"\n[joint.joint]\nbus = \"b\"\nmodel = \"SAM-160EO200\"\n";
+constexpr std::string_view an_rmd =
+    "family = \"rmd\"\n[joint.joint]\nbus = \"b\"\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n";
+constexpr std::string_view a_nuri = "family = \"nuri\"\nbit_rate = 115200\n[joint.joint]\nbus = \"b\"\n";
+
+TEST(Play, AJointThatWasStuckIsNotLedOnAndDoesNotLeapWhenItComesFree)
+{
+    for (const auto device : {a_sam, an_rmd}) {
+        const Freed freed = play_with_a_stuck_gear(device, 800ms);
+        EXPECT_EQ(freed.said, "");
+        EXPECT_NEAR(freed.there_deg, 80.0, 0.6) << "the motion has waited";
+        EXPECT_GT(freed.took, 2300ms) << "it takes 1.6 s without";
+        // 0.12 s of 60 deg/s, 5 deg, and the age of a measurement; led on for 0.8 s it would be 48.
+        EXPECT_LT(freed.furthest_ahead_deg, 12.2 + 1.0) << device;
+        EXPECT_TRUE(freed.is_enabled);
+    }
+}
+
+TEST(Play, AJointThatStaysStuckEndsThePlayAndStaysWhereItIs)
+{
+    for (const auto device : {a_sam, an_rmd, a_nuri}) {
+        const Freed freed = play_with_a_stuck_gear(device, 1800ms);
+        EXPECT_NE(freed.said.find("does not follow"), std::string::npos) << device << freed.said;
+        EXPECT_LT(freed.took, 3s) << "stuck for good it would be the same";
+        // The loop of an RMD lets go of what it has gathered.
+        EXPECT_NEAR(freed.there_deg, freed.blocked_at_deg, 2.0) << device;
+        EXPECT_TRUE(freed.is_enabled);
     }
 }
 

@@ -3,6 +3,8 @@
 #include "tests/robot/rig.hpp"
 
 #include <gtest/gtest.h>
+#include <stdexcept>
+#include <utility>
 
 /// Limits and stops hold whatever the program does.
 namespace sinew::robot::test {
@@ -380,6 +382,52 @@ TEST(Safety, AnArmWhoseSupplyFailedForAMomentDoesNotLeapBackFromWhereItSagged)
             << rig.robot->incidents()[0].says;
         const auto back = elbow.set({.mode = Mode::position, .position_rad = units::rad(60)});
         EXPECT_FALSE(back.has_value()) << "a stream goes on from where it is";
+    }
+}
+
+TEST(Safety, AServoThatIsStuckIsNotWalkedOnAndItsWalkEndsWithAnIncident)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.elbow]\nbus = \"s\"\nid = 3\n"
+                    "model = \"SAM-160EO200\"\nvelocity_max_deg_s = 60\n"));
+    rig.enable();
+    Joint& elbow = *rig.robot->find("elbow");
+    ASSERT_TRUE(elbow.set({.mode = Mode::position, .position_rad = 1.5, .velocity_rad_s = units::rad(50)}));
+    ASSERT_TRUE(rig.run(500ms));
+    const double blocked_at = rig.truth_rad("elbow");
+    rig.inject(sim::FaultKind::stuck_gear, "elbow", 0.8);
+    ASSERT_TRUE(rig.run(3s));
+    EXPECT_NEAR(rig.truth_rad("elbow"), 1.5, units::rad(0.2)) << "it goes on when it is free";
+    EXPECT_TRUE(rig.robot->incidents().empty());
+    ASSERT_TRUE(elbow.set({.mode = Mode::position, .position_rad = blocked_at, .velocity_rad_s = units::rad(50)}));
+    ASSERT_TRUE(rig.run(500ms));
+    rig.inject(sim::FaultKind::stuck_gear, "elbow", 2.0);
+    ASSERT_TRUE(rig.run(100ms));
+    const double stuck_at = rig.truth_rad("elbow");
+    ASSERT_TRUE(rig.run(3s));
+    EXPECT_NEAR(rig.truth_rad("elbow"), stuck_at, units::rad(0.5));
+    EXPECT_EQ(elbow.command().mode, Mode::hold);
+    ASSERT_EQ(rig.robot->incidents().size(), 1U);
+    EXPECT_NE(rig.robot->incidents()[0].says.find("does not follow"), std::string::npos)
+        << rig.robot->incidents()[0].says;
+}
+
+TEST(Safety, AnExceptionThatLeavesTheScopeOfARobotStopsItAndANormalEndDoesNot)
+{
+    for (const bool throws : {true, false}) {
+        Rig rig(file_of(knee_text));
+        rig.enable();
+        ASSERT_TRUE(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(30)}));
+        ASSERT_TRUE(rig.run(300ms));
+        const auto speed = [&] { return units::deg(rig.simulator->world().look("knee")->velocity_rad_s); };
+        ASSERT_GT(speed(), 25.0);
+        try {
+            const auto robot = std::move(rig.robot);
+            if (throws)
+                throw std::runtime_error("a bug of the program");
+        } catch (const std::runtime_error&) {
+        }
+        rig.simulator->clock().wait({}, rig.now() + 200ms);
+        EXPECT_NEAR(speed(), throws ? 0.0 : 30.0, 1.0);
     }
 }
 
