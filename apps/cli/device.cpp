@@ -1,6 +1,7 @@
 #include "apps/cli/device.hpp"
 
 #include "sinew/base/bytes.hpp"
+#include "sinew/record/replay.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -43,6 +44,25 @@ bool Device::answers(const wire::MessageInfo& message) const
     if (!spec)
         return !message.info.answered_as_command;
     return sinew::answers(*spec, message);
+}
+
+Error about(const Device& device, Error error)
+{
+    if (error.id != device.id || device.id < 0)
+        return error; // of nobody, or told already
+    Error plain = error;
+    plain.message = {};
+    plain.id = -1;
+    plain.seen_size = 0;
+    std::string what = to_sentence(plain);
+    if (error.code == Errc::timeout && record::is_replay(device.link))
+        what = "the recording has no answer to this, or no further one";
+    const auto name = device.joint != nullptr ? device.name : fmt::format("id {}", device.id);
+    const auto whom = error.message.empty() ? name : fmt::format("{} to {}", error.message, name);
+    error.detail = fmt::format("{}: {}", whom, what);
+    error.message = {};
+    error.id = -1;
+    return error;
 }
 
 std::expected<const Family*, Error> family_named(std::string_view name)

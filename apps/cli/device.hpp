@@ -35,6 +35,10 @@ struct Device {
     bool answers(const wire::MessageInfo& message) const;
 };
 
+/// What went wrong with a device, in the words of whoever named it: a joint by its name and not by its id, and silence
+/// of a recording as that.
+Error about(const Device& device, Error error);
+
 /// Names with a suggestion, for errors.
 std::expected<const Family*, Error> family_named(std::string_view name);
 std::expected<const wire::Profile*, Error> profile_named(const Family& family, std::string_view name);

@@ -48,7 +48,7 @@ std::expected<std::optional<std::int64_t>, Error> firmware(bus::Bus& bus, const 
                 return std::unexpected(asked.error());
             const auto said = ask(bus, *asked);
             if (!said)
-                return std::unexpected(said.error());
+                return std::unexpected(about(device, said.error()));
             return said->find(field);
         }
     return std::nullopt;
@@ -115,7 +115,7 @@ std::expected<wire::Values, Error> read_setting(bus::Bus& bus, const Device& dev
         return std::unexpected(asked.error());
     const auto said = ask(bus, *asked);
     if (!said)
-        return std::unexpected(said.error());
+        return std::unexpected(about(device, said.error()));
     return written_values(setting, *setting.write, *said, device.options());
 }
 
@@ -210,7 +210,7 @@ std::expected<void, Error> check_same_kind(const config::DeviceFile& file, const
         return {};
     const auto said = bus->call(device.id, sam::ReadFirmwareVersion{});
     if (!said)
-        return std::unexpected(said.error());
+        return std::unexpected(about(device, said.error()));
     const auto* model = sam::find_model(said->model_number);
     if (model != nullptr && !kept("model").empty() && model->name != kept("model"))
         return differ("model", kept("model"), model->name);

@@ -104,7 +104,7 @@ Outcome write_csv(const Words& words, Topic topic, Place& place, std::int64_t& r
         return place.write(line + '\n');
     });
     if (outcome && place.write(head) && !interrupted()) // else not all of it was seen
-        if (auto there = check_joints(*words.text("FILE"), words.all("--joint"), seen); !there)
+        if (auto there = check_names("joint", *words.text("FILE"), words.all("--joint"), seen); !there)
             return std::unexpected(there.error());
     return outcome;
 }
@@ -113,7 +113,10 @@ Outcome write_frames(const Words& words, record::Writer& writer, Place& place, s
 {
     std::optional<Error> problem;
     std::string text;
+    std::set<std::string> seen;
     const auto outcome = read_recording(*words.text("FILE"), [&](const Recorded& one) {
+        if (one.topic == Topic::frame)
+            seen.insert(one.name);
         if (one.topic != Topic::frame || !is_wanted(words, "--bus", one.name))
             return true;
         const auto frame = record::frame_from(*one.message);
@@ -125,7 +128,12 @@ Outcome write_frames(const Words& words, record::Writer& writer, Place& place, s
         text.clear();
         return good;
     });
-    return problem ? std::unexpected(*problem) : outcome;
+    if (problem)
+        return std::unexpected(*problem);
+    if (outcome && !interrupted()) // else not all of it was seen
+        if (auto there = check_names("bus", *words.text("FILE"), words.all("--bus"), seen); !there)
+            return std::unexpected(there.error());
+    return outcome;
 }
 
 std::expected<Topic, Error> topic_from(const Words& words)

@@ -152,7 +152,7 @@ std::expected<wire::Values, Error> ask_counted(bus::Bus& bus, const Device& devi
     const bool carried_out = values || values.error().code == Errc::timeout || values.error().code >= Errc::bad_length;
     if (request.message->info.access == wire::Access::flash && carried_out)
         count_flash_write(device);
-    return values;
+    return values ? std::move(values) : std::unexpected(about(device, values.error()));
 }
 
 } // namespace sinew::cli

@@ -4,6 +4,7 @@
 #include "apps/cli/json.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/link/links.hpp"
+#include "sinew/record/replay.hpp"
 #include "sinew/sim/links.hpp"
 
 #include <algorithm>
@@ -101,6 +102,8 @@ Rows link_rows()
     auto links = link::Links::system();
     sim::Worlds worlds;
     sim::add(links, worlds);
+    record::Replays replays;
+    record::add(links, replays);
     Rows out;
     for (const auto& scheme : links.schemes())
         out.emplace_back(scheme.form, scheme.says);

@@ -1,28 +1,12 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/flash_ledger.hpp"
-#include "apps/cli/names.hpp"
+#include "apps/cli/presence.hpp"
 #include "apps/cli/readings.hpp"
 
 #include <fmt/format.h>
 
 namespace sinew::cli {
 namespace {
-
-/// Every read that needs to be told nothing. Where there are a quick and a standard one for the same thing the quick
-/// one says less and is left out.
-std::expected<std::vector<wire::Request>, Error> all_reads(const Device& device)
-{
-    std::vector<wire::Request> out;
-    for (const auto* message : device.line().messages) {
-        if (!asks_nothing(device, *message) || message->name().starts_with("quick-"))
-            continue;
-        const auto one = request(device, *message, {});
-        if (!one)
-            return std::unexpected(one.error());
-        out.push_back(*one);
-    }
-    return out;
-}
 
 void print_head(const Device& device)
 {
@@ -52,13 +36,9 @@ Outcome run(const Words& words)
     if (!bus)
         return std::unexpected(bus.error());
     // A device that is not there is told once, not once for every read.
-    if (const auto probe = device->family->protocol->probe(device->id); probe) {
-        auto asked = *probe;
-        asked.options = device->options();
-        asked.response_time = device->response_time();
-        if (const auto there = ask(**bus, asked); !there)
-            return std::unexpected(there.error());
-    }
+    if (const auto asked = probe(*device, device->id); asked)
+        if (const auto there = ask(**bus, *asked); !there)
+            return std::unexpected(about(*device, there.error()));
     if (auto found = find_model(*device, **bus); !found)
         return std::unexpected(found.error());
     const auto asked = all_reads(*device);

@@ -35,7 +35,7 @@ std::expected<std::size_t, Error> stored(bus::Bus& bus, const Device& device)
 {
     const auto said = bus.call(device.id, sam::ReadMotionData{});
     if (!said)
-        return std::unexpected(said.error());
+        return std::unexpected(about(device, said.error()));
     return said->motion_count;
 }
 

@@ -110,6 +110,17 @@ std::string last_words(int fd)
     return std::string(said.substr(said.rfind('\n') + 1));
 }
 
+/// Whether the picture has its end: gnuplot does not look at what becomes of its output.
+bool is_whole(int fd)
+{
+    constexpr std::string_view end = "</svg>";
+    std::array<char, 16> last{};
+    const auto size = ::lseek(fd, 0, SEEK_END);
+    const auto from = std::max<off_t>(size - static_cast<off_t>(last.size()), 0);
+    const auto got = ::pread(fd, last.data(), last.size(), from);
+    return std::string_view(last.data(), static_cast<std::size_t>(std::max<ssize_t>(got, 0))).contains(end);
+}
+
 } // namespace
 
 std::string gnuplot_script(const Plot& plot)
@@ -168,6 +179,10 @@ std::expected<void, Error> write_plot(NewFile& file, const Plot& plot)
     if (!gnuplot.wait())
         return fail(Errc::bad_argument,
                     fmt::format("gnuplot could not draw {}: {}", file.path().string(), last_words(complaints.get())));
+    if (!is_whole(file.fd()))
+        return fail(Errc::bad_file,
+                    fmt::format("{} cannot be written: gnuplot did not get all of it there; is the disk full?",
+                                file.path().string()));
     return {};
 }
 

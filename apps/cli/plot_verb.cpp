@@ -70,7 +70,7 @@ Outcome read_curves(const Words& words, const std::vector<std::string>& values, 
     });
     if (!outcome)
         return outcome;
-    if (auto there = check_joints(*words.text("FILE"), joints, seen); !there)
+    if (auto there = check_names("joint", *words.text("FILE"), joints, seen); !there)
         return std::unexpected(there.error());
     if (out.empty())
         return fail(Errc::bad_file, fmt::format("{} has no {}", *words.text("FILE"), fmt::join(values, " or ")));

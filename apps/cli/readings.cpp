@@ -7,6 +7,20 @@
 
 namespace sinew::cli {
 
+std::expected<std::vector<wire::Request>, Error> all_reads(const Device& device)
+{
+    std::vector<wire::Request> out;
+    for (const auto* message : device.line().messages) {
+        if (!asks_nothing(device, *message) || message->name().starts_with("quick-"))
+            continue;
+        const auto one = request(device, *message, {});
+        if (!one)
+            return std::unexpected(one.error());
+        out.push_back(*one);
+    }
+    return out;
+}
+
 std::vector<Read> read_all(const Device& device, bus::Bus& bus, std::span<const wire::Request> requests)
 {
     std::vector<Read> out;
@@ -16,7 +30,7 @@ std::vector<Read> read_all(const Device& device, bus::Bus& bus, std::span<const 
         if (values)
             out.push_back({asked.message, show(device, *asked.message, *values)});
         else
-            out.push_back({asked.message, std::unexpected(values.error())});
+            out.push_back({asked.message, std::unexpected(about(device, values.error()))});
         if (lost)
             break;
     }

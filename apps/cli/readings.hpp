@@ -10,6 +10,10 @@ struct Read {
     std::expected<std::vector<Shown>, Error> values;
 };
 
+/// Every read that needs to be told nothing. Where there are a quick and a standard one for the same thing the quick
+/// one says less and is left out.
+std::expected<std::vector<wire::Request>, Error> all_reads(const Device& device);
+
 /// Sends the requests one after the other and goes on past failures; a lost link ends it.
 std::vector<Read> read_all(const Device& device, bus::Bus& bus, std::span<const wire::Request> requests);
 

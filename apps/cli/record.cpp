@@ -141,25 +141,25 @@ Outcome run(const Words& words)
 
 Verb record_verb()
 {
-    return {
-        .name = "record",
-        .says = "Record a robot, a device or what passes on a bus until Ctrl-C.",
-        .arguments = {{"FILE", "where to, FILE.mcap; a file that is there is written over"},
-                      {"TARGET",
-                       "a joint, or a link with --family and --id; with --listen a bus; without it all of --robot",
-                       false}},
-        .options =
-            with_device_options({{"--listen", "", "send nothing; record what others say"},
-                                 {"--rate", "HZ", "looks per second; as many as the wires allow where it is not given"},
-                                 {"--for", "TIME", "end after this time, such as 5s"},
-                                 {"--json", "", "print at the end what was recorded"}}),
-        .examples = {{"sinew record run.mcap --robot arm.toml", "all joints, all buses at once"},
-                     {"sinew record run.mcap serial:/dev/ttyUSB0 --family sam --id 1 --for 10s", "one device"},
-                     {"sinew record run.mcap slcan:/dev/ttyACM0 --listen", "what passes on a bus"}},
-        .run = run,
-        .more = "Every bus is read at its own rate; nothing moves. A file that is there stays as it is where nobody "
-                "answers. The file is whole at any moment: a second at most is "
-                "lost when the program is killed, and sinew recover completes the file."};
+    return {.name = "record",
+            .says = "Record a robot, a device or what passes on a bus until Ctrl-C.",
+            .arguments = {{"FILE", "where to, FILE.mcap; a file that is there is written over"},
+                          {"TARGET",
+                           "a joint, or a link with --family and --id; with --listen a bus; without it all of --robot",
+                           false}},
+            .options = with_device_options(
+                {{"--listen", "", "send nothing; record what others say"},
+                 {"--rate", "HZ", "looks per second; as many as the wires allow where it is not given"},
+                 {"--for", "TIME", "end after this time, such as 5s"},
+                 {"--json", "", "print at the end what was recorded"}}),
+            .examples = {{"sinew record run.mcap --robot arm.toml", "all joints, all buses at once"},
+                         {"sinew record run.mcap serial:/dev/ttyUSB0 --family sam --id 1 --for 10s", "one device"},
+                         {"sinew record run.mcap slcan:/dev/ttyACM0 --listen", "what passes on a bus"}},
+            .run = run,
+            .more = "First every device is asked what it is and how it is set. Then every bus is read at its own rate; "
+                    "nothing moves. A file that is there stays as it is where nobody "
+                    "answers. The file is whole at any moment: a second at most is "
+                    "lost when the program is killed, and sinew recover completes the file."};
 }
 
 } // namespace sinew::cli

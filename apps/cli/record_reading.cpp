@@ -1,8 +1,11 @@
 #include "apps/cli/record_reading.hpp"
 
 #include "apps/cli/bus_target.hpp"
+#include "apps/cli/device_settings.hpp"
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/new_file.hpp"
+#include "apps/cli/presence.hpp"
+#include "apps/cli/readings.hpp"
 #include "apps/cli/recorded_robot.hpp"
 #include "sinew/record/recorder.hpp"
 #include "sinew/record/tap.hpp"
@@ -34,6 +37,8 @@ struct Line {
     std::vector<bus::Result> results{};
     TimePoint next{}, next_full{};
     bool running = false, lost = false;
+    std::uint64_t replayed = 0; ///< by recordings, when its last look ended
+    bool over = false;          ///< it is that of a recording, which had nothing more to tell
 };
 
 /// In the units of the joint.
@@ -48,6 +53,31 @@ actuator::State joint_state(const Recorded& one)
     return state;
 }
 
+/// What a device is and how it is set, once: so that it can be asked of the recording too. What is not answered is
+/// recorded as that; only who answers nothing is not asked on.
+void ask_about(const Driven& driven)
+{
+    const auto& device = driven.device;
+    std::vector<wire::Request> all;
+    const auto add = [&](const std::expected<wire::Request, Error>& one) {
+        const auto is_same = [&](const wire::Request& other) {
+            return one->frame.can_id == other.frame.can_id &&
+                   std::ranges::equal(one->frame.bytes(), other.frame.bytes());
+        };
+        if (one && std::ranges::none_of(all, is_same))
+            all.push_back(*one);
+    };
+    add(probe(device, device.id));
+    for (const auto& setting : settings_of(device))
+        add(request(device, *setting.read, read_values(setting, device.options())));
+    if (const auto reads = all_reads(device))
+        for (const auto& one : *reads)
+            add(one);
+    for (std::size_t i = 0; i < all.size() && !interrupted(); ++i)
+        if (const auto said = ask(*driven.bus, all[i]); !said && (i == 0 || !may_pass(said.error().code)))
+            return;
+}
+
 class Recording
 {
 public:
@@ -60,6 +90,7 @@ public:
     std::expected<void, Error> run(TimePoint end);
     std::uint64_t looks() const { return looks_; }
     std::uint64_t losses() const { return losses_; }
+    void ask_what_stays() const;
     std::size_t joints() const
     {
         std::size_t out = 0;
@@ -109,6 +140,13 @@ std::expected<void, Error> Recording::add(Driven driven)
     return {};
 }
 
+void Recording::ask_what_stays() const
+{
+    for (const auto& line : lines_)
+        for (const auto& one : line.joints)
+            ask_about(one.driven);
+}
+
 std::expected<void, Error> Recording::start(Line& line, TimePoint now)
 {
     const bool full = now >= line.next_full;
@@ -136,6 +174,8 @@ void Recording::end(Line& line, TimePoint now)
 {
     line.running = false;
     ++looks_;
+    line.over =
+        std::exchange(line.replayed, session_.replayed()) == line.replayed && record::is_replay(line.bus->name());
     std::vector<bool> heard(line.joints.size());
     for (std::size_t i = 0; i < line.results.size(); ++i) {
         Recorded& one = line.joints[line.whose[i]];
@@ -182,7 +222,9 @@ std::expected<void, Error> Recording::work(Line& line)
 std::expected<void, Error> Recording::run(TimePoint end)
 {
     std::vector<link::Handle> handles;
-    while (!interrupted() && session_.clock().now() < end) {
+    for (auto& line : lines_)
+        line.next = session_.clock().now();
+    while (!interrupted() && session_.clock().now() < end && !std::ranges::all_of(lines_, &Line::over)) {
         TimePoint deadline = end;
         handles.clear();
         for (auto& line : lines_) {
@@ -303,6 +345,7 @@ Outcome record_reading(const Words& words, const std::string& path, std::optiona
             return std::unexpected(added.error());
     if (!session.in_virtual_time())
         (*recorder)->run_in_thread();
+    recording.ask_what_stays();
     const TimePoint begin = session.clock().now();
     const auto ran = recording.run(time ? begin + *time : TimePoint::max());
     const auto finished = (*recorder)->finish();

@@ -7,7 +7,9 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fstream>
+#include <utility>
 
 namespace sinew::cli {
 namespace {
@@ -45,8 +47,10 @@ Outcome read_recording(const std::string& path, const std::function<bool(const R
         return fail(Errc::bad_file, fmt::format("{} cannot be read", path));
     record::mcap::Reader reader;
     int code = exit_done;
+    std::string told; // one damage may spoil several records
     const auto tell = [&](const Error& error) {
-        fmt::print(stderr, "sinew: {}, {}\n", path, error.detail);
+        if (std::exchange(told, error.detail) != error.detail)
+            fmt::print(stderr, "sinew: {}, {}\n", path, error.detail);
         code = exit_code(error.code);
     };
     std::array<char, 256 * 1024> piece;
@@ -74,14 +78,16 @@ Outcome read_recording(const std::string& path, const std::function<bool(const R
     }
 }
 
-std::expected<void, Error> check_joints(const std::string& path, std::span<const std::string> asked,
-                                        const std::set<std::string>& seen)
+std::expected<void, Error> check_names(std::string_view kind, const std::string& path,
+                                       std::span<const std::string> asked, const std::set<std::string>& seen)
 {
     const std::vector<std::string_view> names(seen.begin(), seen.end());
-    for (const auto& joint : asked)
-        if (!seen.contains(joint))
-            return fail(Errc::unknown_name,
-                        fmt::format("{} has nothing of a joint '{}'{}", path, joint, did_you_mean(joint, names)));
+    for (const auto& name : asked)
+        if (!seen.contains(name))
+            return fail(Errc::unknown_name, fmt::format("{} has nothing of a {} '{}'{}", path, kind, name,
+                                                        !nearest(name, names).empty() || names.empty()
+                                                            ? did_you_mean(name, names)
+                                                            : fmt::format("; it has {}", fmt::join(names, ", "))));
     return {};
 }
 

@@ -24,9 +24,9 @@ Outcome read_recording(const std::string& path, const std::function<bool(const R
 /// The value of a column as text, as it stands in the file; empty: not there.
 std::string text_of(const record::JsonFields& fields, const record::Column& column);
 
-/// `unknown_name` for a joint that was asked for and of which nothing was there.
-std::expected<void, Error> check_joints(const std::string& path, std::span<const std::string> asked,
-                                        const std::set<std::string>& seen);
+/// `unknown_name` for a joint or bus (`kind`) that was asked for and of which nothing was there.
+std::expected<void, Error> check_names(std::string_view kind, const std::string& path,
+                                       std::span<const std::string> asked, const std::set<std::string>& seen);
 
 inline constexpr Argument recording_argument{"FILE", "a recording (.mcap)"};
 inline constexpr Option joint_option{"--joint", "NAME", "of this joint only; may be given more than once", true};

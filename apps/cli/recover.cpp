@@ -7,6 +7,7 @@
 #include <array>
 #include <fmt/format.h>
 #include <fstream>
+#include <utility>
 
 namespace sinew::cli {
 namespace {
@@ -75,12 +76,15 @@ Outcome run(const Words& words)
                             {"problems", std::move(problems)}}));
         return exit_done;
     }
+    std::string told; // one damage may spoil several records
     for (const auto& problem : recovery.problems())
-        fmt::print(stderr, "{}, {}\n", from, problem.detail);
+        if (std::exchange(told, problem.detail) != problem.detail)
+            fmt::print(stderr, "{}, {}\n", from, problem.detail);
     if (was_whole)
         fmt::print("{} is whole: {} messages; nothing was written\n", from, count.messages);
     else
-        fmt::print("{} messages and {} attachments are in {}\n", count.messages, count.attachments, to.string());
+        fmt::print("{} messages and {} attachment{} are in {}\n", count.messages, count.attachments,
+                   count.attachments == 1 ? "" : "s", to.string());
     return exit_done;
 }
 

@@ -116,7 +116,7 @@ Outcome run(const Words& words)
         return std::unexpected(*problem);
     listener->fall_silent(show);
     if (screen.shown() < most && !interrupted())
-        if (auto there = check_joints(*words.text("FILE"), joints, seen); !there)
+        if (auto there = check_names("joint", *words.text("FILE"), joints, seen); !there)
             return std::unexpected(there.error());
     return outcome;
 }

@@ -171,6 +171,9 @@ Outcome run(const Words& words)
         fmt::print(stderr, "Ended by Ctrl-C: this is what was found until then.\n");
         return exit_interrupted;
     }
+    if (found.empty() && record::is_replay(link))
+        return fail(Errc::timeout, fmt::format("{} has no answer to what scan asks; sinew replay shows what is in it",
+                                               link::parse_uri(link)->target));
     if (found.empty())
         return fail(Errc::timeout,
                     fmt::format("nobody answered on {}; is the device powered, and is the wiring right?", link));

@@ -153,7 +153,7 @@ std::expected<void, Error> find_model(Device& device, bus::Bus& bus)
         return {};
     const auto said = bus.call(device.id, sam::ReadFirmwareVersion{});
     if (!said)
-        return std::unexpected(said.error());
+        return std::unexpected(about(device, said.error()));
     if (const auto* model = sam::find_model(said->model_number)) {
         auto spec = make_spec(*device.family, model->name, device.asked_line->name, device.id);
         if (!spec)
@@ -187,7 +187,7 @@ std::expected<void, Error> carry_out(Driven& driven, const wire::Requests& reque
     for (std::size_t i = 0; i < used.size(); ++i) {
         const auto reply = used[i].reply();
         if (!reply)
-            return std::unexpected(reply.error());
+            return std::unexpected(about(driven.device, reply.error()));
         if (!requests.all()[i].answered)
             continue;
         if (auto read = driven.driver->absorb(requests.all()[i], *reply, used[i].at, driven.state); !read)

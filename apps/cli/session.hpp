@@ -48,6 +48,8 @@ public:
     bool in_virtual_time() const { return clock_ != &real_; }
     /// All that are open.
     std::vector<bus::Bus*> buses() const;
+    /// Of recordings: what they have told so far (`record::Replays::given`).
+    std::uint64_t replayed() const { return replays_.given(); }
 
 private:
     struct Open {

@@ -134,6 +134,22 @@ Json bus_json(const bus::Bus& bus, const Frames& frames, TimePoint begin, bool w
                          {"last_frames", std::move(last)}});
 }
 
+/// A link that is not there is what many a report is about.
+Json missing_json(const std::string& link, const Error& error, bool with_private)
+{
+    return Json::object({{"link", link}, {"error", error_json(error)}, {"adapter", adapter_json(link, with_private)}});
+}
+
+/// Of the first frame that is known.
+TimePoint beginning(const std::map<bus::Bus*, Frames>& frames)
+{
+    TimePoint begin = TimePoint::max();
+    for (const auto& [bus, seen] : frames)
+        if (!seen.empty())
+            begin = std::min(begin, seen.front().at);
+    return begin;
+}
+
 Json host_json()
 {
     utsname name{};
@@ -188,11 +204,13 @@ Outcome run(const Words& words)
 
     std::map<bus::Bus*, Frames> frames; // outlives the buses that show theirs to it
     Session session;
-    const TimePoint begin = session.clock().now();
+    std::map<std::string, Error> missing;
     Json all = Json::array(), unread = Json::array();
     for (const auto& device : *devices) {
         progress(fmt::format("Reading {}", device.name));
-        if (const auto bus = session.bus_of(device); bus && !frames.contains(*bus))
+        if (const auto bus = session.bus_of(device); !bus)
+            missing.emplace(device.link, bus.error());
+        else if (!frames.contains(*bus))
             (*bus)->set_tap([&into = frames[*bus]](const bus::Tapped& seen) { keep(into, seen); });
         auto described = describe(session, device);
         all.add(std::move(described.says));
@@ -202,7 +220,9 @@ Outcome run(const Words& words)
     end_progress();
     Json buses = Json::array();
     for (const auto& [bus, seen] : frames)
-        buses.add(bus_json(*bus, seen, begin, with_private));
+        buses.add(bus_json(*bus, seen, beginning(frames), with_private));
+    for (const auto& [link, error] : missing)
+        buses.add(missing_json(link, error, with_private));
     Json out = Json::object({{"snapshot", 1}, {"sinew", SINEW_VERSION}, {"host", host_json()}});
     const auto& robot = devices->front().file;
     if (robot && with_private)
@@ -216,7 +236,7 @@ Outcome run(const Words& words)
     if (words.json())
         print(Json::object({{"file", *path},
                             {"private", private_json(*devices, robot && with_private, with_private)},
-                            {"buses", static_cast<std::int64_t>(frames.size())},
+                            {"buses", static_cast<std::int64_t>(frames.size() + missing.size())},
                             {"devices", static_cast<std::int64_t>(devices->size())},
                             {"unread", std::move(unread)}}));
     fmt::print(stderr, "{} is written; read it before you send it to anybody.\n", *path);
@@ -239,7 +259,8 @@ Verb snapshot_verb()
         .examples = {{"sinew snapshot --robot arm.toml --output bug.json", "says what is private in it, and asks"},
                      {"sinew snapshot elbow --robot arm.toml --sim --output bug.json --yes", "one joint, simulated"}},
         .run = run,
-        .more = "It only reads. A device that does not answer is in the file with what went wrong; the exit code is 0 "
+        .more = "It only reads. A device that does not answer, or a link that is not there, is in the file with what "
+                "went wrong; the exit code is 0 "
                 "once the file is written."};
 }
 

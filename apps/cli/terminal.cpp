@@ -40,7 +40,7 @@ bool stdin_is_terminal()
 
 Typed typed()
 {
-    for (;;) {
+    while (!interrupted()) { // what never ends may have no line either
         pollfd in{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
         if (::poll(&in, 1, 0) <= 0)
             return Typed::nothing;
@@ -50,6 +50,7 @@ Typed typed()
         if (one == '\n' || one == '\r')
             return Typed::enter;
     }
+    return Typed::nothing;
 }
 
 Typed wait_for_line()

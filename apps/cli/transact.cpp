@@ -86,7 +86,7 @@ std::expected<bool, Error> is_so(bus::Bus& bus, const Device& device, const wire
             return false;
         const auto said = ask(bus, *asked);
         if (!said)
-            return std::unexpected(said.error());
+            return std::unexpected(about(device, said.error()));
         return std::ranges::all_of(values, [&](const auto& one) { return said->find(one.field->name) == one.raw; });
     }
     return false;
@@ -121,7 +121,7 @@ std::expected<Transaction, Error> carry_out(Session& session, Device& device, co
     if (stores && (reply || reply.error().code >= Errc::timeout))
         count_flash_write(device);
     if (!reply)
-        return std::unexpected(reply.error());
+        return std::unexpected(about(device, reply.error()));
     if (!out->asked.answered)
         return out;
     const auto said = reply_values(out->asked, *reply);

@@ -123,11 +123,14 @@ Outcome run(const Words& words)
     TimePoint next = begin;
     LinkNews news;
     std::ptrdiff_t above = 0;
-    while (!interrupted()) {
+    bool over = false; // a recording
+    const bool recorded = record::is_replay(all->front().driven.device.link);
+    for (bool first = true; !interrupted(); first = false) {
         for (auto& one : *all)
             if (!interrupted())
                 look(one);
-        if (interrupted())
+        over = recorded && !first && std::ranges::none_of(*all, [](const auto& one) { return one.trouble.empty(); });
+        if (interrupted() || over)
             break;
         // What was said stands above the table, which begins anew.
         if (news.tell(session))
@@ -147,9 +150,9 @@ Outcome run(const Words& words)
     }
     const bool silent = std::ranges::any_of(*all, [](const auto& one) { return !one.trouble.empty(); });
     for (const auto& one : *all)
-        if (!one.trouble.empty() && !interrupted())
+        if (!one.trouble.empty() && !interrupted() && !over)
             fmt::print(stderr, "sinew: {}\n", one.trouble);
-    return silent && !interrupted() ? exit_no_answer : exit_done;
+    return silent && !interrupted() && !over ? exit_no_answer : exit_done;
 }
 
 } // namespace
@@ -169,7 +172,7 @@ Verb watch_verb()
         .run = run,
         .more = "On a terminal the table stays in place, with the trend of each position and, below, what each bus has "
                 "asked and lost; what does not fit is left out. Elsewhere every look is a line. A link that is "
-                "unplugged is waited for."};
+                "unplugged is waited for. A recording ends where it has no more to tell."};
 }
 
 } // namespace sinew::cli

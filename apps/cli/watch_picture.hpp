@@ -1,6 +1,7 @@
 #pragma once
 #include "apps/cli/joint.hpp"
 
+#include <cstdio>
 #include <span>
 
 /// What `watch` shows on a terminal.
@@ -18,6 +19,15 @@ inline constexpr std::size_t longest_trend = 24;
 
 /// "no answer" or "link lost".
 std::string_view no_state(const Watched& watched);
+
+/// Of a terminal; large where it does not say.
+struct Window {
+    std::size_t columns = 80, rows = 1000;
+};
+Window window_of(int fd);
+
+/// A text in the place of the one before, which had `above` lines.
+void print_over(std::FILE* out, std::string_view text, std::ptrdiff_t& above);
 
 /// The joints that the screen has room for, as many columns of each as fit, and a line for each bus; over the picture
 /// before, which had `above` lines.

@@ -80,7 +80,11 @@ std::span<const Answers::Reply> Answers::next(std::uint32_t can_id, std::span<co
     auto& [times, given] = found->second;
     if (given == times.size() && loop)
         given = 0;
-    return given < times.size() ? std::span<const Reply>(times[given++]) : std::span<const Reply>{};
+    if (given < times.size()) {
+        ++given_;
+        return times[given++];
+    }
+    return times.size() == 1 ? std::span<const Reply>(times.front()) : std::span<const Reply>{};
 }
 
 void Answers::rewind()

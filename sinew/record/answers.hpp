@@ -20,10 +20,13 @@ public:
 
     /// In the order of the recording. What the host only heard of itself (an echo) is no answer.
     void add(const Captured& captured);
-    /// The answers to the next occurrence of this request; empty: none were recorded, or all of them were given.
+    /// The answers to the next occurrence of this request; empty: none were recorded, or all of them were given. What
+    /// was asked only once, such as a setting, is answered so again and again.
     std::span<const Reply> next(std::uint32_t can_id, std::span<const std::uint8_t> bytes, bool loop);
     /// All requests from the beginning again.
     void rewind();
+    /// Requests that met another occurrence than before; where that stands still the recording has no more to say.
+    std::uint64_t given() const { return given_; }
     bool has_requests() const { return !requests_.empty(); }
     bool is_can() const { return can_; }
 
@@ -44,6 +47,7 @@ private:
 
     std::map<Key, Request> requests_;
     std::deque<Open> open_;
+    std::uint64_t given_ = 0;
     bool can_ = false;
 };
 

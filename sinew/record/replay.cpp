@@ -140,6 +140,14 @@ public:
         return found->second->open(loop);
     }
 
+    std::uint64_t given() const
+    {
+        std::uint64_t out = 0;
+        for (const auto& [name, line] : lines_)
+            out += line->answers.given();
+        return out;
+    }
+
     ReplayClock clock;
 
 private:
@@ -195,6 +203,14 @@ std::expected<link::Clock*, Error> Replays::clock_for(std::string_view uri)
     if (!found)
         return std::unexpected(found.error());
     return &(*found)->clock;
+}
+
+std::uint64_t Replays::given() const
+{
+    std::uint64_t out = 0;
+    for (const auto& [path, file] : files_)
+        out += file->given();
+    return out;
 }
 
 bool is_replay(std::string_view uri)

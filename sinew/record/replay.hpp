@@ -10,7 +10,8 @@ namespace sinew::record {
 
 /// Recordings as links, `replay:FILE#BUS`: a bus whose devices answer a request as they did in the recording, in the
 /// order of the recording and after the same time. For tests and bug reports. A request that was never recorded, or
-/// whose answers are used up, meets silence, as if the device were gone; with `loop=on` they begin again.
+/// whose answers are used up, meets silence, as if the device were gone; with `loop=on` they begin again. What was
+/// asked only once, such as a setting, is answered so again and again.
 ///
 /// Any format of `FileReader` will do if it says who sent what; on CAN the order tells where it does not. All buses of
 /// a file share one virtual time, which begins with its first frame and moves in waits alone. Owns files and clocks, so
@@ -28,6 +29,8 @@ public:
     std::expected<link::AnyLink, Error> open(const link::Uri& uri, link::Clock& clock);
     /// The clock that a link of this kind needs.
     std::expected<link::Clock*, Error> clock_for(std::string_view uri);
+    /// As `Answers::given`, of all buses.
+    std::uint64_t given() const;
 
 private:
     class File;

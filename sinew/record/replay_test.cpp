@@ -50,6 +50,26 @@ TEST(Answers, EveryTimeOfARequestHasItsOwnAnswerAndTheyEnd)
     EXPECT_TRUE(answers.next(0, silent, true).empty());
 }
 
+TEST(Answers, WhatWasAskedOnlyOnceIsAnsweredSoAgainAndIsNothingNew)
+{
+    Answers answers;
+    for (const auto& one : {bytes(1ms, asked, {0x9C}), bytes(2ms, said, {1}), bytes(3ms, asked, {7}),
+                            bytes(4ms, said, {2}), bytes(5ms, asked, {7})})
+        answers.add(one);
+    for (int i = 0; i < 3; ++i) {
+        const auto setting = answers.next(0, read, false);
+        ASSERT_EQ(setting.size(), 1U);
+        EXPECT_EQ(setting[0].said.bytes, std::vector<std::uint8_t>{1});
+        EXPECT_EQ(answers.given(), 1U);
+    }
+    const std::uint8_t state[] = {7};
+    EXPECT_EQ(answers.next(0, state, false).size(), 1U);
+    EXPECT_TRUE(answers.next(0, state, false).empty()) << "it was asked, and there was no answer";
+    EXPECT_EQ(answers.given(), 3U);
+    EXPECT_TRUE(answers.next(0, state, false).empty());
+    EXPECT_EQ(answers.given(), 3U) << "that was nothing new";
+}
+
 TEST(Answers, OnCanAnAnswerBelongsToTheRequestOfItsDeviceAndCommand)
 {
     Answers answers;
@@ -106,8 +126,8 @@ protected:
 TEST_F(ReplayTest, ALinkAnswersAfterTheTimeOfTheRecordingAndKeepsItsTime)
 {
     add(links_, replays_);
-    write({bytes(5s, asked, {0x9C}), bytes(5003ms, said, {1, 2}), can(6s, asked, 0x141, {0x9C}),
-           can(6001ms, said, 0x141, {0x9C, 9})});
+    write({bytes(5s, asked, {0x9C}), bytes(5003ms, said, {1, 2}), bytes(5100ms, asked, {0x9C}),
+           can(6s, asked, 0x141, {0x9C}), can(6001ms, said, 0x141, {0x9C, 9})});
     auto* clock = *replays_.clock_for(uri("left"));
     EXPECT_EQ(clock->now().time_since_epoch(), 5s);
     auto left = links_.open(uri("left"), *clock);
@@ -121,7 +141,8 @@ TEST_F(ReplayTest, ALinkAnswersAfterTheTimeOfTheRecordingAndKeepsItsTime)
     EXPECT_EQ(link.read(buffer)->count, 2U);
     ASSERT_TRUE(link.write(read));
     clock->wait({}, TimePoint{6s});
-    EXPECT_EQ(clock->now().time_since_epoch(), 6s) << "nothing more was recorded";
+    EXPECT_EQ(clock->now().time_since_epoch(), 6s) << "it was not answered then";
+    EXPECT_EQ(replays_.given(), 2U);
 
     auto legs = links_.open(uri("legs"), *clock);
     ASSERT_TRUE(legs);

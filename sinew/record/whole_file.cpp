@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace sinew::record {
@@ -24,6 +25,13 @@ std::expected<WholeFile, Error> WholeFile::create(const std::filesystem::path& p
     return WholeFile(path, std::move(fd));
 }
 
+WholeFile::~WholeFile()
+{
+    struct stat it{};
+    if (fd_.get() >= 0 && refused_ && size_ == 0 && ::fstat(fd_.get(), &it) == 0 && S_ISREG(it.st_mode))
+        ::unlink(path_.c_str());
+}
+
 std::expected<void, Error> WholeFile::append(std::string_view piece)
 {
     const std::size_t whole = piece.size();
@@ -33,6 +41,7 @@ std::expected<void, Error> WholeFile::append(std::string_view piece)
             continue;
         if (written <= 0) {
             const int error = written < 0 ? errno : ENOSPC;
+            refused_ = true;
             // What is no regular file cannot be cut, and has no size.
             if (::ftruncate(fd_.get(), static_cast<off_t>(size_)) == 0)
                 ::lseek(fd_.get(), static_cast<off_t>(size_), SEEK_SET);

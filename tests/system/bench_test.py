@@ -4,11 +4,13 @@ import json
 import math
 import os
 import re
+import signal
+import subprocess
 import tempfile
 import tomllib
 import unittest
 
-from support import DEMO, SOURCE, Simulator, as_json, environment, sinew
+from support import DEMO, SINEW, SOURCE, Simulator, Terminal, as_json, environment, sinew
 
 SIM = ["--robot", DEMO, "--sim"]
 
@@ -380,6 +382,49 @@ class Positions(unittest.TestCase):
             text = sinew(*words, text="\n").stdout
             self.assertRegex(text, r"\[joint\.elbow\]\nzero_deg = \S+\nposition_min_deg = -\S+\nposition_max_deg = \d")
         self.assertIn("--yes", sinew("calibrate", "elbow", *SIM, code=2).stderr)
+
+    def test_the_table_of_calibrate_stays_in_its_place_in_a_narrow_window(self):
+        for columns, width in ((40, 40), (24, 24), (100, 60)):
+            screen = Terminal("calibrate", *SIM, "--yes", "--for", "300ms", columns=columns)
+            screen.read_until("press Enter.")
+            screen.type("\n")
+            self.assertEqual(screen.end(), 0)
+            tables = re.split("\033\\[(\\d+)A", screen.seen[screen.seen.index("NAME"):screen.seen.rindex("\033[J")])
+            self.assertGreater(len(tables), 4)
+            for table, up in zip(tables[:-1:2], tables[1::2]):
+                lines = table.replace("\033[K", "").replace("\033[J", "").replace("\r", "").rstrip("\n").split("\n")
+                self.assertEqual(len(lines), int(up), "the cursor goes up by what was written")
+                self.assertEqual(len(lines), 17)
+                self.assertLessEqual(max(map(len, lines)), width)
+
+    def test_a_joint_that_nobody_turned_gets_no_limits(self):
+        done = sinew("calibrate", "elbow", *SIM, "--yes", "--for", "100ms", text="\n")
+        self.assertEqual(done.stdout, "[joint.elbow]\nzero_deg = 0.00\n\n")
+        self.assertIn("nobody turned elbow", done.stderr)
+
+    def test_calibrate_lets_nobody_go_where_one_does_not_answer(self):
+        with open(DEMO, encoding="utf-8") as file:
+            text = file.read()
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+            robot.write(text + '[[sim.fault]]\nkind = "unplug"\njoint = "wrist_yaw"\n')
+            robot.flush()
+            done = sinew("calibrate", "--robot", robot.name, "--sim", "--yes", text="\n", code=7)
+        self.assertIn("to wrist_yaw: no answer", done.stderr)
+        self.assertNotIn("limp", done.stderr)
+
+    def test_calibrate_ends_by_ctrl_c_where_its_input_never_does(self):
+        with open("/dev/zero", "rb") as zero:
+            running = subprocess.Popen([SINEW, "calibrate", "elbow", *SIM, "--yes"], stdin=zero, stderr=subprocess.PIPE,
+                                       stdout=subprocess.DEVNULL, env=environment(), text=True)
+            read = ""
+            while "press Enter." not in read:
+                read += running.stderr.read(1)
+            running.send_signal(signal.SIGINT)
+            try:
+                self.assertEqual(running.wait(10), 130)
+            finally:
+                running.kill()
+                running.stderr.close()
 
     def test_calibrate_does_not_take_the_end_of_its_input_for_enter(self):
         for text in ("", "\n"):

@@ -333,6 +333,26 @@ class Motion(unittest.TestCase):
 
 
 class Snapshot(unittest.TestCase):
+    def snapshot(self, *words):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "bug.json")
+            sinew("snapshot", *words, "--output", path, "--yes")
+            with open(path, encoding="utf-8") as file:
+                return json.load(file)
+
+    def test_the_first_frame_is_at_zero(self):
+        times = [frame["time_s"] for bus in self.snapshot(*SIM)["buses"] for frame in bus["last_frames"]]
+        self.assertEqual(min(times), 0.0)
+        self.assertLess(max(times), 5)
+
+    def test_a_link_that_is_not_there_is_in_it_with_its_adapter(self):
+        links = [word for bus, kind in (("left", "serial"), ("waist", "serial"), ("legs", "slcan"))
+                 for word in ("--link", f"{bus}={kind}:/dev/sinew-is-not-here-{bus}")]
+        buses = self.snapshot("--robot", DEMO, *links)["buses"]
+        self.assertEqual(len(buses), 3)
+        for bus in buses:
+            self.assertEqual((bus["error"]["code"], bus["adapter"]["is_there"]), ("link_not_found", False))
+
     def test_one_file_has_it_all_and_says_what_is_private(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "bug.json")

@@ -157,8 +157,8 @@ class Record(InFolder):
         self.assertEqual((got["joints"], got["looks"]), (1, 100))
 
     def test_replay_shows_states_and_frames_in_order(self):
-        lines = [json.loads(line) for line in sinew("replay", self.run_file, "--json", "--count", "300").stdout.splitlines()]
-        self.assertEqual(len(lines), 300)
+        lines = [json.loads(line) for line in sinew("replay", self.run_file, "--json", "--count", "3000").stdout.splitlines()]
+        self.assertEqual(len(lines), 3000)
         self.assertLess({"state"}, {one.get("kind", "frame") for one in lines} | {"frame", "x"})
         one = json.loads(sinew("replay", self.run_file, "--joint", "elbow", "--count", "1", "--json").stdout)
         self.assertEqual((one["kind"], one["joint"], "position_rad" in one), ("state", "elbow", True))
@@ -283,6 +283,30 @@ class Record(InFolder):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "sinew")), "nothing was written that could be counted")
         self.assertIn("precise-position", sinew("send", link[0], "read-precise-position", *link[1:], "--json").stdout)
 
+    def test_a_recording_says_what_the_devices_were_and_how_they_were_set(self):
+        replayed, saved = ["--robot", self.run_file], self.path("saved.toml")
+        asked = lambda robot: [(one["message"], [v["raw"] for v in one["values"]]) for one in  # noqa: E731
+                               as_json("info", "elbow", *robot)["readings"] if "speed" not in one["name"]]
+        self.assertEqual(asked(replayed), asked(ROBOT))
+        self.assertEqual(as_json("save", *replayed), as_json("save", *ROBOT))
+        sinew("save", *ROBOT, "--output", saved)
+        self.assertEqual(sinew("diff", saved, *replayed).stdout, "no difference\n")
+        found = as_json("scan", f"replay:{self.run_file}#left", "--ids", "1-6")["devices"]
+        self.assertEqual([one["id"] for one in found], [1, 2, 3, 4, 5, 6])
+
+    def test_what_was_never_asked_is_said_of_the_recording_and_not_of_the_wiring(self):
+        one = self.path("one.mcap")
+        sinew("record", one, "elbow", *ROBOT, "--for", "10ms")
+        self.refused(["get", "wrist_yaw", "pd-gain", "--robot", one], 7,
+                     "read-pd-gain to wrist_yaw: the recording has no answer to this")
+        done = sinew("scan", f"replay:{one}#left", "--ids", "5-6", code=7).stderr
+        self.assertIn(f"{one} has no answer to what scan asks", done)
+        self.assertNotIn("powered", done)
+
+    def test_reading_a_recording_ends_with_it(self):
+        for words in (["watch"], ["watch", "--json"], ["record", self.path("again.mcap")]):
+            self.assertNotIn("no answer\n" * 3, sinew(*words, "--robot", self.run_file).stdout)
+
     def test_only_a_recording_of_a_robot_stands_for_one(self):
         legs = self.path("legs.mcap")
         sinew("record", legs, f"sim:{DEMO}#legs", "--family", "rmd", "--id", "2", "--for", "10ms")
@@ -334,6 +358,42 @@ class Record(InFolder):
         self.assertIn("states.csv", done.stderr)
         self.assertNotIn("has nothing of", done.stderr)
         self.assertEqual(os.listdir(self.folder), [])
+
+    def on_a_full_disk(self, limit, *words):
+        done = subprocess.run([SINEW, *words], capture_output=True, text=True, timeout=PATIENCE, env=environment(), cwd=SOURCE,
+                              stdin=subprocess.DEVNULL, preexec_fn=full_disk(limit))
+        self.assertEqual(done.returncode, 9, f"{words}: {done.stdout}{done.stderr}")
+        self.assertIn("cannot be written", done.stderr)
+
+    def test_a_picture_that_the_disk_has_no_room_for_is_said_and_not_left_behind(self):
+        picture = self.path("run.svg")
+        self.on_a_full_disk(1000, "plot", self.run_file, "--joint", "elbow", "--out", picture)
+        self.on_a_full_disk(1000, "tune", "elbow", "--to", "20deg", *ROBOT, "--yes", "--plot", picture)
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_a_file_that_took_nothing_is_not_left_behind(self):
+        log = self.path("can.log")
+        with open(log, "w", encoding="utf-8") as file:
+            file.write("(1.0) can0 141#9A00000000000000\n")
+        for words in (["import", log, "--out"], ["record", "--for", "10ms", *ROBOT], ["sniff", "--replay", log, "--write"]):
+            self.on_a_full_disk(10, *words, self.path("out.mcap"))
+            self.assertEqual(os.listdir(self.folder), ["can.log"], words)
+
+    def test_a_bus_that_is_not_in_the_recording_is_said(self):
+        for bus, said in (("nobody", "has nothing of a bus 'nobody'; it has left, legs, waist"), ("leg", "did you mean legs?")):
+            for kind in ("candump", "pcapng"):
+                done = sinew("export", self.run_file, "--to", kind, "--bus", bus, "--out", self.path("x"), code=2)
+                self.assertIn(said, done.stderr)
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_where_a_recording_ends_is_said_once(self):
+        cut = self.path("cut.mcap")
+        with open(self.run_file, "rb") as whole, open(cut, "wb") as file:
+            data = whole.read()
+            file.write(data[:len(data) * 2 // 3])
+        for words in (["plot", cut], ["export", cut], ["recover", cut]):
+            said = [line for line in sinew(*words, code=9 if words[0] != "recover" else 0).stderr.splitlines() if line]
+            self.assertEqual(len(said), len(set(said)), said)
 
     def test_a_full_disk_is_a_sentence_and_what_was_recorded_stays_whole(self):
         os.symlink("/dev/full", self.path("full.mcap"))

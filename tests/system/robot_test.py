@@ -4,6 +4,7 @@ import math
 import re
 import signal
 import subprocess
+import tempfile
 import unittest
 
 from support import DEMO, SINEW, Simulator, Terminal, as_json, environment, sinew
@@ -122,6 +123,29 @@ class Robot(unittest.TestCase):
         self.assertEqual({o["name"] for o in objects[:16]} & {"elbow", "waist_yaw", "left_knee"},
                          {"elbow", "waist_yaw", "left_knee"})
         self.assertTrue(all(o["position_rad"] is not None for o in objects))
+
+    def test_a_narrow_watch_keeps_the_faults_and_a_usual_one_the_trend(self):
+        with open(DEMO, encoding="utf-8") as file:
+            text = file.read()
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as robot:
+            robot.write(text + '[[sim.fault]]\nkind = "hot-motor"\njoint = "elbow"\n')
+            robot.flush()
+            for columns, seen in ((120, "JOINT POSITION TREND SPEED CURRENT VOLTAGE TEMP FAULTS"), (80, "JOINT POSITION TREND SPEED CURRENT TEMP FAULTS"),
+                                  (60, "JOINT POSITION TREND TEMP FAULTS"), (48, "JOINT POSITION TREND FAULTS"), (40, "JOINT POSITION FAULTS")):
+                watch = Terminal("watch", "--robot", robot.name, "--sim", "--for", "1s", columns=columns)
+                self.assertEqual(watch.end(), 0)
+                lines = re.sub(r"\033\[\d*[A-Za-z]", "", watch.seen).replace("\r", "").splitlines()
+                self.assertEqual(lines[0].split(), seen.split(), columns)
+                self.assertTrue(any(line.startswith("elbow") and "hot" in line for line in lines), columns)
+                self.assertLessEqual(max(map(len, lines)), columns)
+                for bus in ("left", "waist", "legs"):
+                    self.assertTrue(any(line.startswith(f"{bus}: ") for line in lines), "as the robot file calls it")
+
+    def test_watch_calls_a_bus_as_the_robot_file_does(self):
+        watch = Terminal("watch", *self.sim.robot, "--for", "300ms")
+        self.assertEqual(watch.end(), 0)
+        for bus in ("left", "waist", "legs"):
+            self.assertIn(f"{bus}: ", watch.seen)
 
     def test_watch_on_a_terminal_keeps_the_table_in_place(self):
         for columns in (80, 50):
