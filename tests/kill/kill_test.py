@@ -1,20 +1,43 @@
 """Whatever becomes of a program that moves a robot, every motor ends in the state that its policy asks for."""
 import os
+import pty
 import random
+import select
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+import tty
 import unittest
 
-from support import DEMO, PATIENCE, Simulator, environment, sinew
+from support import DEMO, SINEW, Simulator, environment, sinew
 
 KILLS = int(os.environ.get("SINEW_KILLS", "30"))
 RESTLESS = os.environ["SINEW_RESTLESS"]
 SIGNALS = ["SIGKILL", "SIGSEGV", "SIGABRT", "SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"]
-WAYS = SIGNALS + ["SIGSTOP", "guardian", "unplugged", "sinew stop"]
+WAYS = SIGNALS + ["SIGSTOP", "guardian", "unplugged", "adapter", "sinew stop"]
+# When it comes: at any time between its first line and its motion, while it moves, or while sinew stop has it stop.
+LIFE = ["starting", "moving", "stopping"]
+ONLY_MOVING = {"unplugged", "adapter", "sinew stop"}
 OFF = {"passive", "off"}
+
+# What is documented, in seconds. All else is stopped by the guardian or by the next cycle of the robot, in milliseconds.
+GUARDIAN_PATIENCE = 1.0  # of restless.cpp
+SILENCE_MAX = 1.5  # of the robot files below
+# An exchange that has begun goes on to its time-outs: a command, and four readings that are asked twice (margin of restless.cpp).
+EXCHANGE_MOST = 9 * 0.2
+DOCUMENTED = {"SIGSTOP": GUARDIAN_PATIENCE, "unplugged": SILENCE_MAX + EXCHANGE_MOST}
+AT_ONCE = 0.5  # a few cycles, and the looks of this test
+# The way to rest of the simulated motors: one that was let go turns until its friction has stopped it, and a SAM creeps the last
+# degree to where it holds.
+COMES_TO_REST = 1.5
+# The simulator and the programs share a machine with other work: what it delays a look by, it delays them by, several times over.
+LOOKS_OF_DELAY = 20
+BETWEEN_LOOKS = 0.05
+# A motor on its way to and fro (6 rad/s) is somewhere else then, also where one look found it turning round.
+STILL_AT_REST_AFTER = 0.3
 
 
 def as_from_a_terminal():
@@ -26,7 +49,38 @@ def as_from_a_terminal():
 def looks():
     """Joint → (mode, degrees) as the simulated devices are."""
     rows = [line.split() for line in sinew("sim", "look").stdout.splitlines()[1:]]
-    return {row[0]: (row[1], float(row[2]), float(row[3])) for row in rows}
+    return {row[0]: (row[1], float(row[2])) for row in rows}
+
+
+class Adapter:
+    """A pseudo terminal between a program and a simulated CAN adapter, which can be pulled out."""
+
+    def __init__(self, link):
+        self.link_fd = os.open(link.split(":")[1].split("?")[0], os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.link_fd)
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        self.link = link.replace(os.ttyname(self.link_fd), os.ttyname(slave))
+        self.slave = slave  # until the program has it open, or there would be nobody at the other end
+        self.wake, self.pulled = os.pipe()
+        self.thread = threading.Thread(target=self.carry)
+        self.thread.start()
+
+    def carry(self):
+        to = {self.master: self.link_fd, self.link_fd: self.master}
+        while True:
+            ready, _, _ = select.select([*to, self.wake], [], [])
+            if self.wake in ready:
+                return
+            for fd in ready:
+                os.write(to[fd], os.read(fd, 4096))
+
+    def pull_out(self):
+        if self.thread.is_alive():
+            os.write(self.pulled, b"!")
+            self.thread.join()
+            for fd in (self.slave, self.master, self.link_fd, self.wake, self.pulled):
+                os.close(fd)
 
 
 class Kill(unittest.TestCase):
@@ -37,7 +91,7 @@ class Kill(unittest.TestCase):
         for policy in ("release", "hold"):
             path = os.path.join(self.folder.name, f"{policy}.toml")
             with open(DEMO) as demo, open(path, "w") as file:
-                file.write(demo.read() + f'\n[safety]\npolicy = "{policy}"\nsilence_max_s = 1.5\n')
+                file.write(demo.read() + f'\n[safety]\npolicy = "{policy}"\nsilence_max_s = {SILENCE_MAX}\n')
             self.robots[policy] = path
         self.sim = Simulator(self.robots["release"], stderr=subprocess.DEVNULL)
 
@@ -45,18 +99,20 @@ class Kill(unittest.TestCase):
         self.sim.close()
         self.folder.cleanup()
 
-    def start(self, policy):
-        links = [f"{name}={link}" for name, link in self.sim.link.items()]
-        program = subprocess.Popen([RESTLESS, self.robots[policy], *links], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, env=environment(),
+    def start(self, policy, links):
+        program = subprocess.Popen([RESTLESS, self.robots[policy], *[f"{name}={link}" for name, link in links.items()]],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
                                    preexec_fn=as_from_a_terminal)
-        words = program.stdout.readline().split()
-        if words[:1] != ["moving"]:
-            program.kill()
-            self.fail(f"it does not move: {words} {program.stderr.read()}")
-        return program, int(words[1])
+        return program, self.next_line(program, "guarded")
 
-    def hit(self, way, program, guardian):
+    def next_line(self, program, word):
+        words = program.stdout.readline().split()
+        if words[:1] != [word]:
+            program.kill()
+            self.fail(f"it is not {word}: {words} {program.stderr.read()}")
+        return int(words[1])
+
+    def hit(self, way, program, guardian, adapter):
         """What happens to it; returns who cannot be reached."""
         if way in SIGNALS or way == "SIGSTOP":
             program.send_signal(getattr(signal, way))
@@ -65,23 +121,43 @@ class Kill(unittest.TestCase):
         elif way == "unplugged":
             sinew("sim", "fault", "right_knee", "unplug")
             return {"right_knee"}
+        elif way == "adapter":
+            adapter.pull_out()
+            return {joint for joint in looks() if joint.startswith(("left_", "right_"))}
         else:
             self.assertIn("stopped its motors", sinew("stop", *self.sim.robot).stdout)
         return set()
 
-    def all_at_rest(self, policy, but):
-        first = looks()
-        time.sleep(0.05)
-        for joint, (mode, deg, _) in looks().items():
+    def all_at_rest(self, is_as_it_should_be, but, first=None):
+        """Why not; and where all were."""
+        first = first or looks()
+        time.sleep(BETWEEN_LOOKS)
+        now = looks()
+        for joint, (mode, deg) in now.items():
             if joint in but:
                 continue
-            if policy == "release" and mode not in OFF:
-                return f"{joint} is {mode}"
+            if not is_as_it_should_be(joint, mode):
+                return f"{joint} is {mode}", now
             if abs(deg - first[joint][1]) > 0.05:
-                return f"{joint} moves: {first[joint]}, then {mode} {deg}"
-            if policy == "hold" and mode in OFF:
-                return f"{joint} is {mode}"
-        return None
+                return f"{joint} moves: {first[joint]}, then {mode} {deg}", now
+        return None, now
+
+    def comes_to_rest(self, within, is_as_it_should_be, but):
+        def wrong():
+            return {joint: mode for joint, (mode, _) in looks().items()
+                    if joint not in but and not is_as_it_should_be(joint, mode)}
+        end = time.monotonic() + within
+        while (others := wrong()) and time.monotonic() < end:
+            pass
+        self.assertFalse(others, f"within {within:.2f} s")
+        end += COMES_TO_REST
+        still, now = self.all_at_rest(is_as_it_should_be, but)
+        while still and time.monotonic() < end:
+            still, now = self.all_at_rest(is_as_it_should_be, but)
+        if not still:
+            time.sleep(STILL_AT_REST_AFTER)
+            still, now = self.all_at_rest(is_as_it_should_be, but, now)
+        self.assertIsNone(still, f"within {within + COMES_TO_REST:.2f} s: {now}")
 
     def test_every_motor_ends_as_the_policy_says(self):
         seed = int(os.environ.get("SINEW_SEED", random.randrange(1 << 32)))
@@ -90,26 +166,59 @@ class Kill(unittest.TestCase):
         for number in range(KILLS):
             way = WAYS[number % len(WAYS)] if number < len(WAYS) else chance.choice(WAYS)
             policy = chance.choice(["release", "hold"])
-            with self.subTest(number=number, way=way, policy=policy):
-                self.kill_one(way, policy, chance)
+            part = "moving" if way in ONLY_MOVING or number < len(WAYS) else chance.choice(LIFE)
+            with self.subTest(number=number, way=way, policy=policy, part=part):
+                self.kill_one(way, policy, part, chance)
 
-    def kill_one(self, way, policy, chance):
-        program, guardian = self.start(policy)
+    def live(self, part, program, chance):
+        """Up to the moment at which it is hit. Who else stops it then."""
+        if part == "starting":
+            time.sleep(chance.uniform(0, 0.4))
+            return None
+        self.next_line(program, "moving")
+        time.sleep(chance.uniform(0, 0.2))
+        if part != "stopping":
+            return None
+        stop = subprocess.Popen([SINEW, "stop", *self.sim.robot], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                env=environment())
+        time.sleep(chance.uniform(0, 0.1))
+        return stop
+
+    def kill_one(self, way, policy, part, chance):
+        begun = time.monotonic()
+        before = looks()
+        delay = LOOKS_OF_DELAY * (time.monotonic() - begun)
+
+        def is_as_it_should_be(joint, mode):
+            # Before its program has it in hand a joint stays as it was.
+            kept = part == "starting" and mode == before[joint][0]
+            # Where the program is gone before it was asked, sinew stop releases the joints itself.
+            released = part == "stopping" and mode in OFF
+            return (mode in OFF) == (policy == "release") or kept or released
+        links = dict(self.sim.link)
+        adapter = Adapter(links["legs"]) if way == "adapter" else None
+        if adapter:
+            links["legs"] = adapter.link
+        program, guardian = self.start(policy, links)
+        stop = None
         try:
-            time.sleep(chance.uniform(0, 0.2))
-            but = self.hit(way, program, guardian)
-            end = time.monotonic() + PATIENCE / 10
-            while (still := self.all_at_rest(policy, but)) and time.monotonic() < end:
-                pass
-            self.assertIsNone(still, still and sinew("sim", "look").stdout)
+            stop = self.live(part, program, chance)
+            but = self.hit(way, program, guardian, adapter)
+            self.comes_to_rest(DOCUMENTED.get(way, 0) + AT_ONCE + delay, is_as_it_should_be, but)
         finally:
+            if stop:
+                stop.kill()  # it may wait for a port that the program keeps
+                stop.wait()
             program.kill()
             program.wait()
             program.stdout.close()
             program.stderr.read()  # up to the end of its guardian, which writes there
             program.stderr.close()
+            if adapter:
+                adapter.pull_out()
             if way == "unplugged":
                 sinew("sim", "mend", "right_knee")
+            if way in ("unplugged", "adapter"):
                 sinew("stop", *self.sim.robot)
 
 

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <unistd.h>
 
-// restless ROBOT BUS=LINK…: moves every joint to and fro until it is killed. Who turns without end does so: a motor
-// that nobody stops goes on.
+// restless ROBOT BUS=LINK…: moves every joint to and fro until it is killed, and says in lines what it is about to do.
+// Who turns without end does so: a motor that nobody stops goes on. No two joints turn round at the same moment.
 using namespace sinew;
 using namespace std::chrono_literals;
 
@@ -15,8 +15,10 @@ namespace {
 
 void move(robot::Robot& robot, Duration since)
 {
-    const double phase = std::sin(6.0 * seconds(since));
+    constexpr double apart = 0.7;
+    double angle = 6.0 * seconds(since);
     for (auto& joint : robot.joints()) {
+        const double phase = std::sin(angle += apart);
         const bool turns = joint.capabilities().velocity && joint.family().name != "sam";
         const auto command = turns ? robot::Command{.mode = robot::Mode::velocity, .velocity_rad_s = 0.4 * phase}
                                    : robot::Command{.mode = robot::Mode::position,
@@ -24,6 +26,12 @@ void move(robot::Robot& robot, Duration since)
                                                     .velocity_rad_s = 0.8};
         static_cast<void>(joint.set(command)); // at a limit it is refused, and the next one is not
     }
+}
+
+void say(const char* word, int number)
+{
+    std::printf("%s %d\n", word, number);
+    std::fflush(stdout);
 }
 
 int give_up(const Error& error)
@@ -39,9 +47,11 @@ int main(int argc, char** argv)
     auto guardian = robot::Guardian::start({.patience = 1s});
     if (!guardian)
         return give_up(guardian.error());
+    say("guarded", guardian->process_id());
     robot::OpenOptions options{.guardian = &*guardian};
     // A machine with other work keeps answers waiting; that is not what is looked at.
-    options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 1s;
+    options.settings.margin_at_first = options.settings.margin_most = 1s;
+    options.settings.margin_least = 200ms;
     for (int i = 2; i < argc; ++i)
         if (const char* equals = std::strchr(argv[i], '='))
             options.links.insert_or_assign(std::string(argv[i], static_cast<std::size_t>(equals - argv[i])),
@@ -58,8 +68,7 @@ int main(int argc, char** argv)
         move(all, clock.now() - begin);
         if (!told && clock.now() - begin > 100ms) {
             told = true;
-            std::printf("moving %d\n", guardian->process_id());
-            std::fflush(stdout);
+            say("moving", guardian->process_id());
         }
     });
     std::printf("stopped: %s\n", ended ? "?" : to_sentence(ended.error()).c_str());
