@@ -40,8 +40,10 @@ int main(int argc, char** argv)
     const auto ended = robot->run(
         10ms,
         [&](robot::Robot& all) {
-            for (std::size_t i = 0; i < names.size(); ++i)
+            for (std::size_t i = 0; i < names.size(); ++i) {
                 (*recorder)->state(names[i], all.joints()[i].state());
+                (*recorder)->command(names[i], all.clock().now(), all.joints()[i].command());
+            }
             (void)(*recorder)->drain(); // with hardware: run_in_thread(), for a robot must not wait for a disk
         },
         (*clock)->now() + 1s);

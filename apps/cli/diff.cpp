@@ -25,7 +25,16 @@ Outcome show(const Words& words, const std::vector<Difference>& all, std::string
         Table table({"DEVICE", "SETTING", "FIELD", std::string(a), std::string(b)});
         for (const auto& one : all)
             table.add({one.device, one.setting, one.field, number(one.a), number(one.b)});
-        fmt::print("{}", table.text());
+        const auto text = table.text();
+        if (text.substr(0, text.find('\n')).contains("SETTING")) {
+            fmt::print("{}", text);
+            return exit_differs;
+        }
+        Table named({"", "", "", "", ""}); // rows that are stacked have no head
+        for (const auto& one : all)
+            named.add({one.device, one.setting, one.field, fmt::format("{} {}", a, number(one.a)),
+                       fmt::format("{} {}", b, number(one.b))});
+        fmt::print("{}", named.text());
     } else {
         fmt::print("no difference\n");
     }

@@ -4,6 +4,7 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/joint.hpp"
+#include "apps/cli/robot_record.hpp"
 #include "apps/cli/robot_session.hpp"
 #include "sinew/base/bytes.hpp"
 #include "sinew/base/units.hpp"
@@ -187,10 +188,16 @@ Outcome run(const Words& words)
         return std::unexpected(yes.error());
     if (!*yes)
         return exit_refused;
+    auto recorded = RobotRecord::make(words);
+    if (!recorded)
+        return std::unexpected(recorded.error());
+    RobotRecord* const record = recorded->get();
     auto session = RobotSession::open(words, std::move(*file));
     if (!session)
         return std::unexpected(session.error());
     robot::Robot& robot = (*session)->robot();
+    if (record != nullptr)
+        record->watch(robot);
     if (auto on = robot.enable(); !on)
         return std::unexpected(on.error());
     Reporter reporter(words, robot);
@@ -198,6 +205,8 @@ Outcome run(const Words& words)
     options.each = [&](const robot::SequencePlayer& player) {
         (*session)->tell_incidents();
         reporter.show(player);
+        if (record != nullptr)
+            record->look();
     };
     options.stop_asked = [&] { return reporter.stop_asked(); };
     const auto played = robot::play(robot, *sequence, options);
@@ -205,6 +214,8 @@ Outcome run(const Words& words)
     reporter.tell_delay();
     if (!played)
         return std::unexpected(played.error());
+    if (const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{}; !kept)
+        return std::unexpected(kept.error());
     reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");
     return *played == Status::done ? exit_done : exit_interrupted;
 }
@@ -217,10 +228,13 @@ Verb play_verb()
             .says = "Move a robot into a pose, or play a sequence of its file.",
             .arguments = {{"NAME", "a pose or a sequence of the robot file"}},
             .options = with_robot_options({{"--speed", "SHARE", "of the fastest, such as 0.5 or 50%"},
-                                           {"--in", "TIME", "be in the pose after this time, such as 3s"}}),
+                                           {"--in", "TIME", "be in the pose after this time, such as 3s"},
+                                           record_option}),
             .examples = {{"sinew play wave --robot robots/demo.toml --sim", "in the simulator, at once"},
                          {"sinew play greet --in 3s --robot arm.toml", "asks first"},
-                         {"sinew play wave --robot arm.toml --speed 50% --yes", "does not ask"}},
+                         {"sinew play wave --robot arm.toml --speed 50% --yes", "does not ask"},
+                         {"sinew play wave --robot robots/demo.toml --sim --record wave.mcap",
+                          "for sinew plot and sinew export"}},
             .run = run,
             .more =
                 "All joints of a move arrive together, within the limits of the robot file; docs/guide/sequences.md "

@@ -115,18 +115,27 @@ std::string question(const std::vector<Work>& all)
                        stored, stored == 1 ? "time" : "times");
 }
 
-/// "pd-gain of elbow; angle-pid, speed-pid of left_knee"
+/// "pd-gain of elbow, wrist_yaw; angle-pid, speed-pid of left_knee"
 std::string unread_names(const std::vector<Work>& all)
 {
-    std::vector<std::string> parts;
+    std::vector<std::pair<std::string, std::vector<std::string_view>>> parts; // settings, and who has them
     for (const auto& work : all) {
         std::vector<std::string_view> names;
         for (const auto& one : work.not_compared)
             names.push_back(one.setting.info->name);
-        if (!names.empty())
-            parts.push_back(fmt::format("{} of {}", fmt::join(names, ", "), work.device.name));
+        if (names.empty())
+            continue;
+        auto joined = fmt::format("{}", fmt::join(names, ", "));
+        const auto known = std::ranges::find(parts, joined, [](const auto& part) { return part.first; });
+        if (known != parts.end())
+            known->second.push_back(work.device.name);
+        else
+            parts.push_back({std::move(joined), {work.device.name}});
     }
-    return fmt::format("{}", fmt::join(parts, "; "));
+    std::string out;
+    for (const auto& [names, devices] : parts)
+        out += fmt::format("{}{} of {}", out.empty() ? "" : "; ", names, fmt::join(devices, ", "));
+    return out;
 }
 
 /// Writes one setting and reads it back.

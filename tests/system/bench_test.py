@@ -123,6 +123,22 @@ class Settings(unittest.TestCase):
         self.assertEqual(shown[0]["settings"], kept["settings"])
         self.assertEqual((shown[0]["model"], shown[0]["id"]), ("SAM-160EO200", 3))
 
+    def test_a_difference_in_a_narrow_window_says_which_value_is_whose(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as kept:
+            kept.write(re.sub(r"overload = \d+", "overload = 4000", sinew("save", "elbow", *SIM).stdout))
+            kept.flush()
+            text = sinew("diff", kept.name, "elbow", *SIM, code=13, columns=20).stdout
+        self.assertIn("FILE 4000", " ".join(text.split()))
+        self.assertIn("DEVICE 4095", " ".join(text.split()))
+
+    def test_settings_that_cannot_be_compared_are_named_once_for_all_who_have_them(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as kept:
+            kept.write(sinew("save", *SIM).stdout)
+            kept.flush()
+            said = sinew("restore", kept.name, *SIM, "--dry-run").stderr
+        self.assertEqual(said.count("angle-pid"), 1, said)
+        self.assertLess(len(said), 700)
+
     def test_every_family_gets_what_differs_and_nothing_else(self):
         for joint, old, new, names in (
                 ("elbow", "avg_torque = 2000", "avg_torque = 1500", ["avg-torque"]),

@@ -1,4 +1,6 @@
 """Poses and sequences: the command over a simulator within it, and over real pseudo terminals."""
+import csv
+import io
 import json
 import math
 import os
@@ -72,15 +74,39 @@ class Files(unittest.TestCase):
         return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+class Recorded(Files):
+    def test_what_the_joints_were_told_is_in_the_recording(self):
+        kept = os.path.join(self.folder.name, "nod.mcap")
+        self.rows("play", "nod", "--record", kept)
+        rows = list(csv.DictReader(io.StringIO(sinew("export", kept, "--of", "commands").stdout)))
+        told = {joint: [float(row["position_rad"]) for row in rows if row["joint"] == joint and row["position_rad"]]
+                for joint in ("elbow", "wrist")}
+        self.assertAlmostEqual(max(told["wrist"]), math.radians(40), places=3)
+        self.assertAlmostEqual(told["elbow"][-1], 0.0, places=3)
+        self.assertGreater(len(told["wrist"]), 50)
+        states = list(csv.DictReader(io.StringIO(sinew("export", kept, "--joint", "wrist").stdout)))
+        did = [float(row["position_rad"]) for row in states if row["position_rad"]]
+        self.assertTrue(min(did) < math.radians(5) and max(did) > math.radians(35), "it went to 40 deg and back, as told")
+        self.assertTrue(sinew("replay", kept, "--frames", "--count", "5").stdout)
+        self.assertIn("left", sinew("export", kept, "--to", "pcapng", "--bus", "nobody", code=2).stderr)
+
+    def test_it_cannot_be_kept_under_another_name(self):
+        for name, said in (("nod.log", "must end with .mcap"), ("/nowhere/nod.mcap", "cannot be written")):
+            done = sinew("play", "nod", "--robot", self.arm, "--sim", "--record", name, code=2)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(done.stdout, "", "and nothing moves")
+
+
 class Help(Files):
     def test_its_examples_run_with_the_demo_robot(self):
         with open(DEMO, encoding="utf-8") as file:
             self.arm = self.write(file.read())
-        for verb, count in (("play", 3), ("teach", 2)):
+        for verb, count in (("play", 4), ("teach", 2)):
             lines = re.findall(rf"^ +sinew ({verb} .*)$", sinew(verb, "--help").stdout, re.M)
             self.assertEqual(len(lines), count)
             for line in lines:
-                words = [self.arm if word == "arm.toml" else word for word in line.split()]
+                places = {"arm.toml": self.arm, "wave.mcap": os.path.join(self.folder.name, "wave.mcap")}
+                words = [places.get(word, word) for word in line.split()]
                 sinew(*words, *([] if "--sim" in words else ["--sim"]), text="\n")
         self.assertIn("[pose.closed]\ngripper_deg = ", self.read())
 
