@@ -307,6 +307,9 @@ class Record(InFolder):
         for words in (["watch"], ["watch", "--json"], ["record", self.path("again.mcap")]):
             self.assertNotIn("no answer\n" * 3, sinew(*words, "--robot", self.run_file).stdout)
 
+    def test_the_help_of_links_has_every_link_that_can_be_opened(self):
+        self.assertIn("replay:FILE#BUS", sinew("help", "links").stdout)
+
     def test_only_a_recording_of_a_robot_stands_for_one(self):
         legs = self.path("legs.mcap")
         sinew("record", legs, f"sim:{DEMO}#legs", "--family", "rmd", "--id", "2", "--for", "10ms")
