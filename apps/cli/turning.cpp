@@ -3,7 +3,9 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/supervised.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/family/drivers.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
@@ -57,6 +59,14 @@ actuator::Command command_for(const Turning& turning)
     return out;
 }
 
+/// Of the joint; nothing where nobody knows it.
+std::optional<double> torque_constant_of(const Device& device)
+{
+    if (!device.spec)
+        return std::nullopt;
+    return mounting_of(device.joint).to_joint(make_driver(*device.spec)->capabilities()).torque_constant_nm_per_a;
+}
+
 /// With torque; without where holding is not possible, for nothing may go on turning.
 std::expected<void, Error> end_with_torque(Session& session, Driven& driven)
 {
@@ -66,6 +76,23 @@ std::expected<void, Error> end_with_torque(Session& session, Driven& driven)
     if (const auto says = says_of(driven, *rest); !says.empty())
         fmt::print(stderr, "sinew: {}\n", says);
     return {};
+}
+
+/// Of a velocity that would have led much further than the device can tell.
+std::expected<void, Error> check_moved(const Driven& driven, const Turning& turning, std::optional<double> from)
+{
+    constexpr double much_rad = units::rad(5.0);
+    const auto here = position_of(driven);
+    const double least = std::max(units::rad(0.5), 2.0 * driven.driver->capabilities().position_step_rad);
+    if (turning.mode != actuator::Mode::velocity || !from || !here || std::abs(*here - *from) > least ||
+        std::abs(turning.value) * seconds(turning.time) < much_rad)
+        return {};
+    const auto why = driven.driver->capabilities().velocity_is_duty
+                         ? "such a speed may be less than its friction takes; try a higher one, or "
+                           "a move to a position with --speed"
+                         : "is something in its way, or is it switched off?";
+    return fail(Errc::unsupported,
+                fmt::format("{} has not moved at {:g} deg/s: {}", driven.device.name, units::deg(turning.value), why));
 }
 
 } // namespace
@@ -125,11 +152,28 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
         return fail(Errc::out_of_range, fmt::format("{} {:g} {} is beyond {} of {} in {}: {:g} {}", what, turning.value,
                                                     unit, key, device.name, device.file->path, *most, unit));
     };
-    if (turning.mode == actuator::Mode::current)
-        return beyond("current", joint->current_max_a ? joint->current_max_a : device.file->safety.current_max_a,
-                      "current_max_a", "A");
-    if (turning.mode == actuator::Mode::torque)
-        return beyond("torque", joint->torque_max_nm, "torque_max_nm", "Nm");
+    // Where the torque constant is known a current is a torque, and either may be too much.
+    const auto constant = torque_constant_of(device);
+    const auto current_max = joint->current_max_a ? joint->current_max_a : device.file->safety.current_max_a;
+    const auto& torque_max = joint->torque_max_nm;
+    if (turning.mode == actuator::Mode::current) {
+        auto fine = beyond("current", current_max, "current_max_a", "A");
+        if (fine && torque_max && constant && std::abs(turning.value) > *torque_max / *constant)
+            return fail(Errc::out_of_range,
+                        fmt::format("current {:g} A is {:g} Nm, beyond torque_max_nm of {} in {}: {:g} Nm",
+                                    turning.value, turning.value * *constant, device.name, device.file->path,
+                                    *torque_max));
+        return fine;
+    }
+    if (turning.mode == actuator::Mode::torque) {
+        auto fine = beyond("torque", torque_max, "torque_max_nm", "Nm");
+        if (fine && current_max && constant && std::abs(turning.value) > *current_max * *constant)
+            return fail(Errc::out_of_range,
+                        fmt::format("torque {:g} Nm takes {:g} A, beyond current_max_a of {} in {}: {:g} A",
+                                    turning.value, turning.value / *constant, device.name, device.file->path,
+                                    *current_max));
+        return fine;
+    }
     if (turning.mode != actuator::Mode::velocity || !joint->velocity_max_rad_s.has_value() ||
         std::abs(turning.value) <= *joint->velocity_max_rad_s)
         return {};
@@ -141,6 +185,7 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
 Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning)
 {
     Supervised supervised(session, driven);
+    const auto from = position_of(driven);
     const TimePoint begin = session.clock().now();
     auto done = supervised.send(command_for(turning));
     if (!done && !supervised.has_sent())
@@ -160,6 +205,8 @@ Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turn
     const auto ended = turning.mode == actuator::Mode::velocity ? end_with_torque(session, driven) : let_go(driven);
     if (!ended)
         return std::unexpected(ended.error());
+    if (auto moved = check_moved(driven, turning, from); !moved && !interrupted())
+        return std::unexpected(moved.error());
     return interrupted() ? exit_interrupted : exit_done; // it came while the motor was brought to rest
 }
 

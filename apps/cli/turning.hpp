@@ -20,7 +20,8 @@ std::string describe(const Device& device, const Turning& turning);
 std::expected<void, Error> check_limits(const Device& device, const Turning& turning);
 
 /// Drives and shows it until the time is over; then it holds, or is released where it was driven by a current or a
-/// torque. A joint that leaves its limits, a device that does not answer and Ctrl-C end it early, with torque.
+/// torque. A joint that comes to its limits, a device that does not answer and Ctrl-C end it early,
+/// with torque. `unsupported` where a velocity has moved nothing.
 Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning);
 
 } // namespace sinew::cli

@@ -139,6 +139,23 @@ class Limits(Rig):
             self.assertIn("the device reports over temperature", done.stderr)
             self.assertLess(self.looks(done)[-1]["time_s"], 1.0)
 
+    def test_a_current_is_a_torque_where_the_constant_is_known(self):
+        robot = RMD.format(2000) + "torque_max_nm = 1\n[joint.joint.profile_options]\ntorque_constant_nm_per_a = 2\n"
+        done = self.run_one(robot, "move", "--current", "-0.6A", "--for", "50ms", code=2)
+        self.assertIn("current -0.6 A is -1.2 Nm, beyond torque_max_nm of joint", done.stderr)
+        self.run_one(robot, "move", "--current", "0.4A", "--for", "50ms")
+        robot = robot.replace("torque_max_nm", "current_max_a")
+        done = self.run_one(robot, "move", "--torque", "2.2Nm", "--for", "50ms", code=2)
+        self.assertIn("torque 2.2 Nm takes 1.1 A, beyond current_max_a of joint", done.stderr)
+        self.run_one(robot, "move", "--torque", "0.4Nm", "--for", "50ms")
+
+    def test_a_speed_below_the_friction_of_a_servo_is_said_to_have_moved_nothing(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200").replace("-5", "-90")
+        done = self.run_one(robot, "move", "--velocity", "-10deg/s", "--for", "5s", code=10)
+        self.assertRegex(done.stderr, "^sinew: joint has not moved at -10 deg/s: such a speed may be less than its friction takes")
+        self.run_one(robot, "move", "--velocity", "-40deg/s", "--for", "1s")
+        self.run_one(RMD.format(20), "move", "--velocity", "10deg/s", "--for", "1s")
+
 
 if __name__ == "__main__":
     unittest.main()
