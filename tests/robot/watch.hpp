@@ -123,8 +123,9 @@ private:
             velocity(joint, std::abs(units::rad(number(values, "speed") * 0.01)), units::rad(0.01));
         if (message == "torque-closed-loop" && joint.limits().current_max_a) {
             ++motions_;
-            const double most_a = 33.0 / 2048.0 * std::abs(number(values, "iq"));
-            if (most_a > *joint.limits().current_max_a + 33.0 / 2048.0)
+            const double a_unit = (std::get<rmd::Spec>(joint.device()).model->name == "MF" ? 16.5 : 33.0) / 2048.0;
+            const double most_a = a_unit * std::abs(number(values, "iq"));
+            if (most_a > *joint.limits().current_max_a + a_unit)
                 complain(joint, "current", most_a);
         }
     }
