@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 
@@ -45,6 +46,11 @@ void interrupt()
 bool was_suspension()
 {
     return suspension.load();
+}
+
+void tell_of_suspension()
+{
+    fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
 }
 
 void catch_suspension()

@@ -18,6 +18,8 @@ bool wait_for_input(int fd);
 void catch_suspension();
 /// Whether it was Ctrl-Z.
 bool was_suspension();
+/// Says on stderr that it is one, and why it ends the program.
+void tell_of_suspension();
 
 /// While one of these lives a signal is only remembered: what brings a motor to rest is not cut short by a second
 /// Ctrl-C. Takes back an interrupt that was seen, so that the buses can be used.

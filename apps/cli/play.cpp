@@ -103,6 +103,10 @@ public:
 
     void show(const robot::SequencePlayer& player)
     {
+        const TimePoint now = robot_.clock().now();
+        if (now - looked_at_ > longest_turn)
+            stood_still_ = {now - looked_at_, now};
+        looked_at_ = now;
         delayed_ = player.delayed();
         const Step* step = player.step();
         if (step == nullptr || player.steps_begun() == shown_)
@@ -134,9 +138,22 @@ public:
             clear_interrupt();
             if (asked_)
                 robot_.request_stop();
+            asked_twice_ = asked_;
             asked_ = true;
         }
         return asked_;
+    }
+    bool stop_asked_twice() const { return asked_twice_; }
+
+    /// What a person is told of an error. A joint whose program did not ask it has not fallen silent.
+    Error explained(Error why) const
+    {
+        why.id = -1; // its sentence has the name of the joint
+        const bool lately = robot_.clock().now() - stood_still_.until < long_ago;
+        if (why.code == Errc::timeout && stood_still_.time > Duration{} && lately)
+            why.detail = fmt::format("{}; but this program itself stood still for {:.2f} s before", to_sentence(why),
+                                     seconds(stood_still_.time));
+        return why;
     }
 
     void show_end(std::string_view status)
@@ -152,14 +169,22 @@ public:
     }
 
 private:
+    static constexpr Duration longest_turn = std::chrono::milliseconds(250); ///< it is asked a hundred times a second
+    static constexpr Duration long_ago = std::chrono::seconds(10); ///< a stop that is verified may take that long
+
     double time_s() const { return seconds(robot_.clock().now() - begin_); }
 
     const Words& words_;
     robot::Robot& robot_;
     TimePoint begin_;
+    TimePoint looked_at_ = begin_;
+    struct Gap {
+        Duration time{};
+        TimePoint until{};
+    } stood_still_{};
     std::uint64_t shown_ = 0;
     Duration delayed_{};
-    bool asked_ = false;
+    bool asked_ = false, asked_twice_ = false;
 };
 
 std::expected<bool, Error> may_move(const Words& words, const config::RobotFile& file, const config::Sequence& sequence)
@@ -209,11 +234,17 @@ Outcome run(const Words& words)
             record->look();
     };
     options.stop_asked = [&] { return reporter.stop_asked(); };
-    const auto played = robot::play(robot, *sequence, options);
-    (*session)->tell_incidents();
+    auto played = robot::play(robot, *sequence, options);
+    (void)reporter.stop_asked();
+    if (played && reporter.stop_asked_twice()) // too late for its turns to hear it
+        if (auto turn = robot.cycle(); !turn)
+            played = std::unexpected(std::move(turn.error()));
+    (*session)->tell_incidents(played ? nullptr : &played.error());
     reporter.tell_delay();
+    if (was_suspension())
+        tell_of_suspension();
     if (!played)
-        return std::unexpected(played.error());
+        return std::unexpected(reporter.explained(std::move(played.error())));
     if (const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{}; !kept)
         return std::unexpected(kept.error());
     reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");

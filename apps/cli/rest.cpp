@@ -187,7 +187,7 @@ Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise, const s
     if (before_words)
         before_words();
     if (was_suspension())
-        fmt::print(stderr, "A program that is suspended cannot stop its motor, so it is stopped and this ends.\n");
+        tell_of_suspension();
     if (!rest && rest.error().code != Errc::stopped)
         return std::unexpected(rest.error());
     if (!rest)

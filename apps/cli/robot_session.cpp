@@ -4,6 +4,7 @@
 #include "apps/cli/interrupt.hpp"
 #include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
+#include "sinew/base/seconds.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -76,35 +77,49 @@ std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Wor
     options.settings = *settings;
     const auto all = links_of(file, options);
     catch_suspension();
-    if (std::ranges::none_of(all, is_simulated)) {
-        auto guardian = start_guardian();
+    if (!std::ranges::all_of(all, is_simulated)) {
+        const auto& timeout = file.safety.command_timeout_s;
+        auto guardian = start_guardian(timeout ? std::optional(from_seconds(*timeout)) : std::nullopt);
         if (!guardian)
             return std::unexpected(guardian.error());
         options.guardian = &out->guardian_.emplace(std::move(*guardian));
     }
-    link::Clock* clock = &out->real_;
-    for (const std::string& link : all) {
-        const auto needed = sim::clock_for(link, out->real_, out->worlds_);
-        if (!needed)
-            return std::unexpected(needed.error());
-        clock = *needed != &out->real_ ? *needed : clock;
-    }
-    auto robot = robot::Robot::open(std::move(file), out->links_, *clock, std::move(options));
+    const auto clock = out->clock_for(all);
+    if (!clock)
+        return std::unexpected(clock.error());
+    auto robot = robot::Robot::open(std::move(file), out->links_, **clock, std::move(options));
     if (!robot)
         return std::unexpected(robot.error());
     out->robot_.emplace(std::move(*robot));
     return out;
 }
 
-void RobotSession::tell_incidents()
+std::expected<link::Clock*, Error> RobotSession::clock_for(const std::vector<std::string>& links)
+{
+    link::Clock* clock = nullptr;
+    for (const std::string& link : links) {
+        const auto needed = sim::clock_for(link, real_, worlds_);
+        if (!needed)
+            return needed;
+        if (clock != nullptr && *needed != clock)
+            return fail(
+                Errc::bad_argument,
+                fmt::format("{} and {} have no common time; add clock=real to a simulated one", links.front(), link));
+        clock = *needed;
+    }
+    return clock != nullptr ? clock : &real_;
+}
+
+void RobotSession::tell_incidents(const Error* told)
 {
     const std::uint64_t dropped = robot_->incidents_dropped();
     if (told_ < dropped)
         fmt::print(stderr, "sinew: {} more that happened before are no longer known\n", dropped - told_);
     told_ = std::max(told_, dropped);
     for (const auto& incident : robot_->incidents().subspan(told_ - dropped)) {
-        fmt::print(stderr, "sinew: {}\n", incident.says);
         ++told_;
+        if (told == nullptr || !incident.says.ends_with(to_sentence(*told)))
+            fmt::print(stderr, "sinew: {}\n", incident.says);
     }
 }
 

@@ -17,7 +17,8 @@ std::vector<Option> with_robot_options(std::vector<Option> before);
 std::expected<config::RobotFile, Error> robot_file(const Words& words);
 
 /// A whole robot for one run of the command: its links, its time, and a guardian that stops it when the command dies or
-/// hangs. A robot that is simulated in here has none, for nothing outlives its program.
+/// hangs (for `command_timeout_s`, if that is not too short). A robot that is simulated in here has none, for nothing
+/// outlives its program.
 class RobotSession
 {
 public:
@@ -25,11 +26,14 @@ public:
     static std::expected<std::unique_ptr<RobotSession>, Error> open(const Words& words, config::RobotFile file);
 
     robot::Robot& robot() { return *robot_; }
-    /// What happened that nobody asked for, once, on stderr.
-    void tell_incidents();
+    /// What happened that nobody asked for, once, on stderr; but for what `told`, an error that is told elsewhere,
+    /// says.
+    void tell_incidents(const Error* told = nullptr);
 
 private:
     RobotSession();
+    /// That of all of them: `bad_argument` for one in virtual time beside a real one.
+    std::expected<link::Clock*, Error> clock_for(const std::vector<std::string>& links);
 
     link::RealClock real_;
     sim::Worlds worlds_; // goes after the links that lead into it

@@ -24,13 +24,18 @@ std::expected<bus::Settings, Error> bus_settings()
     return settings;
 }
 
-std::expected<robot::Guardian, Error> start_guardian()
+std::expected<robot::Guardian, Error> start_guardian(std::optional<Duration> patience)
 {
+    // Far longer than it is without a sign of life by itself: it shows one every 20 ms, and waits for a disk or a
+    // terminal.
+    constexpr Duration least = std::chrono::milliseconds(500);
+    constexpr Duration unless_told = std::chrono::seconds(3);
     const auto settings = bus_settings();
     if (!settings)
         return std::unexpected(settings.error());
-    // Also for a program that is stopped by a signal that nobody can catch; far longer than any wait of its own.
-    return robot::Guardian::start({.patience = std::chrono::seconds(3) + 4 * settings->margin_most});
+    // Also for a program that is stopped by a signal that nobody can catch.
+    return robot::Guardian::start(
+        {.patience = std::max(patience.value_or(unless_told), least) + 4 * settings->margin_most});
 }
 
 Session::Session() : links_(link::Links::system())

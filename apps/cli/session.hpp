@@ -67,7 +67,7 @@ private:
     std::vector<Open> open_;
 };
 
-/// What `--link BUS=LINK` gives, by bus: links that take the place of those in the file.
+/// What `--link BUS=LINK` gives, by bus: links that take the place of those in the file. `bad_argument` beside `--sim`.
 std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file);
 
 /// The device that TARGET and the options name. Nothing is opened.
@@ -87,8 +87,9 @@ std::expected<std::vector<Device>, Error> devices_in(const std::string& path);
 std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices);
 /// Time-outs allow for a host that schedules fairly; SINEW_PATIENCE is for one that does not.
 std::expected<bus::Settings, Error> bus_settings();
-/// For a command that moves something; before threads and links. It also stops one that hangs.
-std::expected<robot::Guardian, Error> start_guardian();
+/// For a command that moves something; before threads and links. It also stops one that hangs, after `patience` or,
+/// where that is less than what a program of this machine may need, after that.
+std::expected<robot::Guardian, Error> start_guardian(std::optional<Duration> patience = {});
 
 /// The robot file that the options or the environment name.
 std::optional<std::string> robot_path(const Words& words);

@@ -26,6 +26,14 @@ std::expected<std::shared_ptr<const config::RobotFile>, Error> read_robot(const 
     return std::make_shared<const config::RobotFile>(std::move(*file));
 }
 
+std::expected<void, Error> check_source(const Words& words)
+{
+    if (words.has("--sim") && words.has("--link"))
+        return fail(Errc::bad_argument,
+                    "--sim takes every bus from the simulator, and --link from elsewhere; give one");
+    return {};
+}
+
 std::expected<std::string, Error> link_of(const std::map<std::string, std::string>& given, const Device& device)
 {
     const auto& file = *device.file;
@@ -113,9 +121,8 @@ std::expected<std::vector<Device>, Error> devices_in(const std::string& path)
 
 std::expected<void, Error> give_links(const Words& words, std::vector<Device>& devices)
 {
-    if (words.has("--sim") && words.has("--link"))
-        return fail(Errc::bad_argument,
-                    "--sim takes every bus from the simulator, and --link from elsewhere; give one");
+    if (auto fine = check_source(words); !fine)
+        return fine;
     for (auto& device : devices) {
         if (words.has("--sim")) {
             if (is_recording(device.file->path))
@@ -155,6 +162,8 @@ std::string with_bit_rate(const std::string& link, const Family& family, std::ui
 
 std::expected<std::map<std::string, std::string>, Error> given_links(const Words& words, const config::RobotFile& file)
 {
+    if (auto fine = check_source(words); !fine)
+        return std::unexpected(fine.error());
     std::vector<std::string_view> names;
     for (const auto& bus : file.buses)
         names.push_back(bus.name);

@@ -145,8 +145,12 @@ std::expected<void, Error> Core::look_at(Line& line)
     }
     if (stop_asked_.load())
         return stop_for({.code = Errc::stopped});
-    if (auto finding = line.judge(clock->now()); finding.measure != Measure::none)
+    if (auto finding = line.judge(clock->now()); finding.measure != Measure::none) {
+        // A program that was kept from running finds its devices silent, and its guardian has stopped them before.
+        if (auto fine = heed_the_guardian(); !fine)
+            return fine;
         return stop_for(std::move(finding.why));
+    }
     return {};
 }
 

@@ -29,6 +29,10 @@ Core::~Core()
 std::expected<void, Error> Core::hand_over(std::size_t line)
 {
     auto& bus = lines[line]->bus();
+    // What has no descriptor is within this process, and its devices end with it.
+    const int handle = std::visit([](const auto& link) { return link->handle(); }, bus.link());
+    if (handle < 0 && bus.link_trouble() == nullptr)
+        return {};
     lines[line]->prepare_stop();
     auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line]));
     if (watched)

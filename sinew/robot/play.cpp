@@ -151,6 +151,9 @@ private:
         return robot_.run(
             options_.period,
             [&](Robot&) {
+                // There is nothing left to slow down; who asks has no other way to be heard.
+                if (options_.stop_asked && options_.stop_asked() && status_ == Status::done)
+                    status_ = Status::stopped;
                 if (robot_.clock().now() >= sent && have_arrived())
                     robot_.leave();
             },

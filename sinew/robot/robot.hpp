@@ -22,7 +22,8 @@ struct OpenOptions {
     bool simulated = false;                   ///< every other bus is `sim:FILE#BUS`; the links must know that scheme
     bus::Settings settings{};
     /// Stops the motors when the program dies; started before the links were opened, and it must outlive the robot. A
-    /// guardian that was killed stops the robot. `enable` fails where it cannot reach a link.
+    /// guardian that was killed stops the robot. `enable` fails where it cannot reach a link; one that is within this
+    /// process (a simulator's) ends with it and needs none.
     Guardian* guardian = nullptr;
 };
 

@@ -11,6 +11,7 @@ namespace sinew::robot {
 namespace {
 
 constexpr int most_repetitions = 3; ///< of what was not confirmed
+constexpr int most_silences = 2;    ///< so often one is told that answers nothing: each waits for a time-out
 constexpr int most_looks = 50;
 constexpr Duration between_looks = std::chrono::milliseconds{20};
 constexpr double rest_rad_s = 0.02;
@@ -37,11 +38,13 @@ void Core::send_stop()
     }
 }
 
-/// One look at all joints that have not confirmed yet, told again what they have to do where `command`, and but for
-/// those that have never answered where `gives_up`: each of their time-outs would keep the others waiting. Whether any
-/// is left.
-bool Core::ask_again(std::vector<Stopped>& outcomes, bool command, bool gives_up)
+/// One look at all joints that have not confirmed yet, told again what they have to do where `command`. Each time-out
+/// of one that does not answer keeps the others waiting: nobody is asked for more than where he is before he has
+/// answered, nor for that where his answer to the command says that he is there, and who never answers is given up.
+/// Whether any is left.
+bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
 {
+    const bool gives_up = look >= most_silences;
     const TimePoint begun = clock->now();
     const auto is_over = [&](const Stopped& one) {
         return one.outcome == Stopped::Outcome::confirmed || (gives_up && one.outcome == Stopped::Outcome::failed);
@@ -55,10 +58,13 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, bool command, bool gives_up
             // A reading may say that it cannot do what it was told.
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
-            if (command || is_new)
+            const bool tells = command || is_new;
+            if (tells)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
-            (void)line->plan_read(*joint, Depth::full);
+            const bool may_be_gone = look == 0 || joint->missing_since_;
+            if (!(may_be_gone && tells && joint->acknowledges_))
+                (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
         }
     }
     exchange_lines();
@@ -94,7 +100,7 @@ void Core::verify(std::vector<Stopped>& outcomes)
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, command, look >= most_repetitions))
+        if (!ask_again(outcomes, look, command))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)

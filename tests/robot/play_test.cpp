@@ -157,6 +157,19 @@ TEST(Play, SmallStepsMakeAMotionLongerForAllJoints)
     EXPECT_LT(most, 0.2) << "they go together";
 }
 
+TEST(Play, AStopThatIsAskedForWhileTheJointsSettleIsHeard)
+{
+    Rig rig(pair_with(R"({pose = "up"})"));
+    rig.enable();
+    PlayOptions options;
+    int turns = 0, asked = 0;
+    options.each = [&](const SequencePlayer&) { ++turns; };
+    options.stop_asked = [&] { return ++asked > turns + 1; }; // nothing is shown any more while they settle
+    const auto played = play(*rig.robot, *rig.robot->file().find_sequence("test"), options);
+    ASSERT_TRUE(played) << said(played);
+    EXPECT_EQ(*played, Status::stopped);
+}
+
 TEST(Play, AStopSlowsDownAndLeavesTheRobotHolding)
 {
     Rig rig(pair_with(R"({repeat = "forever", steps = [{pose = "up"}, {pose = "down"}]})"));

@@ -89,8 +89,8 @@ class Killed(unittest.TestCase):
         self.until("elbow at rest", lambda: self.rests("elbow"))
         self.assertGreater(self.place("elbow") - begin, 0.5)
 
-    def play(self, policy, more=""):
-        """One that moves three joints to and fro, one of each family."""
+    def play(self, policy, more="", links=()):
+        """One that moves three joints to and fro, one of each family; `links` take the place of ports."""
         path = os.path.join(self.folder.name, f"{policy}.toml")
         with open(self.path, encoding="utf-8") as file, open(path, "w", encoding="utf-8") as to:
             to.write(f'{file.read()}[safety]\npolicy = "{policy}"\n{more}'
@@ -98,18 +98,47 @@ class Killed(unittest.TestCase):
                      '{move = {elbow_deg = 60, waist_yaw_deg = 40, left_hip_deg = 20}},'
                      '{move = {elbow_deg = 0, waist_yaw_deg = -40, left_hip_deg = -40}}]}]\n')
         begin = {joint: self.place(joint) for joint in PLAYED}
-        program = Terminal("play", "on", "--robot", path, *self.sim.robot[2:], "--yes")
+        program = Terminal("play", "on", "--robot", path, *self.sim.robot[2:], *links, "--yes")
         self.addCleanup(self.clear_away, program)
-        self.until("play", lambda: all(abs(self.place(joint) - begin[joint]) > 0.005 for joint in PLAYED))
+        moving = PLAYED[1:] if links else PLAYED
+        self.until("play", lambda: all(abs(self.place(joint) - begin[joint]) > 0.005 for joint in moving))
         return program
+
+    def test_real_buses_have_a_guardian_beside_a_simulated_one(self):
+        program = self.play("hold", links=["--link", f"left=sim:{self.path}?clock=real#left"])
+        program.process.kill()
+        self.assertEqual(program.end(), -signal.SIGKILL)
+        self.until("waist_yaw at rest", lambda: self.rests("waist_yaw"))
+        self.assertGreater(abs(abs(self.place("waist_yaw")) - 0.698), 0.1)  # it has not gone on to its target of 40 deg
+
+    def test_a_program_that_hangs_is_stopped_after_the_command_timeout_of_its_file(self):
+        program = self.play("hold", "command_timeout_s = 0.2\n")
+        program.process.send_signal(signal.SIGSTOP)
+        program.read_until("gave no sign for 4.5 s")  # 0.5 s, and four times SINEW_PATIENCE
+
+    def test_ctrl_z_stops_a_robot_that_plays_and_says_why_it_ends(self):
+        program = self.play("hold")
+        program.process.send_signal(signal.SIGTSTP)
+        program.read_until("cannot stop its motor")
+        self.assertEqual(program.end(), 130, program.seen)
+
+    def test_a_program_that_was_kept_from_running_does_not_blame_the_device_alone(self):
+        program = self.play("hold")
+        program.process.send_signal(signal.SIGSTOP)
+        program.wait(1.5)  # longer than silence_max_s, and shorter than the patience of its guardian
+        program.process.send_signal(signal.SIGCONT)
+        self.assertEqual(program.end(), 7, program.seen)
+        self.assertRegex(program.seen, r"but this program itself stood still for 1\.\d+ s before")
 
     def test_stop_ends_although_a_joint_was_unplugged_while_a_robot_plays(self):
         program = self.play("hold", "silence_max_s = 100\n")
         sinew("sim", "fault", "elbow", "unplug")
         self.addCleanup(sinew, "sim", "mend", "elbow")
+        asked = time.monotonic()
         done = sinew("stop", *self.sim.robot, code=7)
         self.assertRegex(done.stderr, r"elbow may NOT have stopped: the program with process id \d+ was asked to stop")
         self.assertEqual(program.end(), 130, program.seen)
+        self.assertLess(time.monotonic() - asked, 5.0)  # a time-out is 1 s here; when it was asked for all, three times: 20 s
         for joint in PLAYED[1:]:
             self.until(f"{joint} at rest", lambda joint=joint: self.rests(joint))
 

@@ -160,6 +160,29 @@ class Play(Files):
             self.assertIn(f"arm.toml:{line}:13: elbow at 150 deg is beyond its position_max_deg: 140 deg.",
                           sinew(*words, "--robot", self.arm, code=9).stderr)
 
+    def test_sim_beside_link_moves_nothing_unasked(self):
+        sim = Simulator(self.arm, buses=1)
+        try:
+            for words in (["play", "flat"], ["teach", "ready"]):
+                done = sinew(*words, *sim.robot, "--sim", text="\n", code=2)
+                self.assertIn("--sim takes every bus from the simulator, and --link from elsewhere; give one", done.stderr)
+            self.assertEqual(self.read(), ARM)
+        finally:
+            self.assertEqual(sim.close(), 0)
+
+    def test_a_real_bus_is_not_driven_in_virtual_time(self):
+        two = ARM + '[bus.other]\nfamily = "sam"\nbit_rate = 1500000\n[joint.hand]\nbus = "other"\nid = 5\nmodel = "SAM-28"\n'
+        self.arm = self.write(two)
+        done = sinew("play", "flat", "--robot", self.arm, "--link", "left=serial:/dev/sinew-is-not-here", "--link",
+                     f"other=sim:{self.arm}#other", "--yes", code=2)
+        self.assertIn("have no common time; add clock=real", done.stderr)
+
+    def test_a_fault_is_said_once_and_by_the_name_of_its_joint(self):
+        self.arm = self.write(ARM + '[[sim.fault]]\nkind = "unplug"\njoint = "elbow"\nat_s = 0.5\n')
+        done = sinew("play", "never", "--robot", self.arm, "--sim", code=7)
+        self.assertEqual(done.stderr.count("has not answered"), 1, done.stderr)
+        self.assertRegex(done.stderr, r"(?m)^sinew: elbow: it has not answered for")
+
     def test_over_ports_it_asks_and_ctrl_c_slows_down(self):
         sim = Simulator(self.arm, buses=1)
         try:
