@@ -1,4 +1,5 @@
 #include "sinew/base/units.hpp"
+#include "sinew/robot/guardian.hpp"
 #include "sinew/robot/robot.hpp"
 #include "sinew/sim/links.hpp"
 #include <cstdio>
@@ -10,12 +11,16 @@ using namespace std::chrono_literals;
 // Your own loop: it closes a position loop over the speed of a knee, and each cycle is one exchange on every bus.
 int main()
 {
+    // Stops the motors when this program dies, by Ctrl-C too, or hangs for a second.
+    auto guardian = robot::Guardian::start({.patience = 1s});
+    if (!guardian)
+        return std::puts(to_sentence(guardian.error()).c_str()), 1;
     sim::Worlds worlds;
     link::RealClock real;
     link::Links links = link::Links::system();
     sim::add(links, worlds);
     const auto clock = sim::clock_for("sim:robots/demo.toml", real, worlds); // for hardware: &real, and no `simulated`
-    auto robot = robot::Robot::open("robots/demo.toml", links, **clock, {.simulated = true});
+    auto robot = robot::Robot::open("robots/demo.toml", links, **clock, {.simulated = true, .guardian = &*guardian});
     if (!robot)
         return std::puts(to_sentence(robot.error()).c_str()), 1;
     if (const auto on = robot->enable(); !on)

@@ -1,4 +1,5 @@
 #include "sinew/config/robot_file.hpp"
+#include "sinew/robot/guardian.hpp"
 #include "sinew/robot/robot.hpp"
 #include "sinew/sim/links.hpp"
 #include "sinew/sim/simulator.hpp"
@@ -11,12 +12,16 @@ using namespace std::chrono_literals;
 // way back is `enable`.
 int main()
 {
+    // Stops the motors when this program dies, by Ctrl-C too, or hangs for a second.
+    auto guardian = robot::Guardian::start({.patience = 1s});
+    if (!guardian)
+        return std::puts(to_sentence(guardian.error()).c_str()), 1;
     sim::Worlds worlds;
     link::RealClock real;
     link::Links links = link::Links::system();
     sim::add(links, worlds);
     const auto clock = sim::clock_for("sim:robots/fault.toml", real, worlds); // for hardware: &real, and no `simulated`
-    auto robot = robot::Robot::open("robots/fault.toml", links, **clock, {.simulated = true});
+    auto robot = robot::Robot::open("robots/fault.toml", links, **clock, {.simulated = true, .guardian = &*guardian});
     if (!robot)
         return std::puts(to_sentence(robot.error()).c_str()), 1;
     int stops = 0;

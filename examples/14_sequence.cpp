@@ -1,4 +1,5 @@
 #include "sinew/base/units.hpp"
+#include "sinew/robot/guardian.hpp"
 #include "sinew/robot/play.hpp"
 #include "sinew/sim/links.hpp"
 #include <array>
@@ -8,12 +9,16 @@ using namespace sinew;
 
 int main()
 {
+    // Stops the motors when this program dies, by Ctrl-C too, or hangs for a second.
+    auto guardian = robot::Guardian::start({.patience = std::chrono::seconds(1)});
+    if (!guardian)
+        return std::puts(to_sentence(guardian.error()).c_str()), 1;
     sim::Worlds worlds;
     link::RealClock real;
     link::Links links = link::Links::system();
     sim::add(links, worlds);
     const auto clock = sim::clock_for("sim:robots/demo.toml", real, worlds); // for hardware: &real, and no `simulated`
-    auto robot = robot::Robot::open("robots/demo.toml", links, **clock, {.simulated = true});
+    auto robot = robot::Robot::open("robots/demo.toml", links, **clock, {.simulated = true, .guardian = &*guardian});
     if (!robot)
         return std::puts(to_sentence(robot.error()).c_str()), 1;
     if (auto on = robot->enable(); !on)
