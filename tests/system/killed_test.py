@@ -81,7 +81,7 @@ class Killed(unittest.TestCase):
 
     def test_a_servo_that_must_be_told_where_to_hold_does_not_leap_back_when_its_program_hangs(self):
         begin = self.place("elbow")
-        program = Terminal("move", "elbow", "60deg", *self.sim.robot, "--yes")
+        program = Terminal("move", "elbow", "--velocity", "25deg/s", "--for", "100s", *self.sim.robot, "--yes")
         self.addCleanup(self.clear_away, program)
         self.until("move", lambda: abs(self.place("elbow") - begin) > 0.005)
         program.process.send_signal(signal.SIGSTOP)
