@@ -19,8 +19,8 @@ struct LoopResult {
     std::size_t missing = 0; ///< answers that did not come
 };
 
-/// Runs the three by turns, a second each, until each has run for `time`, so that all meet the same machine. The buses are
-/// sockets that stand in for CAN, each with a device process of its own.
+/// Runs the three by turns, a second each, until each has run for `time`, so that all meet the same machine. The buses
+/// are sockets that stand in for CAN, each with a device process of its own.
 LoopResult measure_loop(std::chrono::seconds time);
 
 void print(const LoopResult& loop);

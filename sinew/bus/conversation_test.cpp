@@ -15,6 +15,14 @@ using fake::Talk;
 
 const FakeProtocol framed{false};
 
+TEST(Conversation, CountsTheLongestRoundTripsInTheLastBucket)
+{
+    EXPECT_EQ(Counters::bucket_of(0us), 0U);
+    EXPECT_EQ(Counters::bucket_of(3us), 1U);
+    EXPECT_EQ(Counters::bucket_of(std::chrono::microseconds(1 << 20)), Counters::buckets - 1);
+    EXPECT_EQ(Counters::bucket_of(1h), Counters::buckets - 1);
+}
+
 TEST(Conversation, HasCountedNothingAtFirst)
 {
     const Counters none = Talk(framed).conversation.counters();
