@@ -115,10 +115,11 @@ std::string dbc_file(const Family& family, const wire::Profile& line)
     std::string out = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_:\n\n";
     for (const auto& block : blocks)
         out += block.text();
-    out += fmt::format("CM_ \"{}, {}: {}{}\";\n", family.title, line.name,
-                       "made by sinew from its rows. A value whose scale depends on the model stands raw.",
-                       reply_base != 0 ? ""
-                                       : " Requests and replies share identifiers: the signals are those of replies.");
+    out += fmt::format(
+        "CM_ \"{}, {}: {}{}\";\n", family.title, line.name,
+        "made by sinew from its rows. A value whose scale depends on the model stands raw, and so does what a "
+        "parameter is made of.",
+        reply_base != 0 ? "" : " Requests and replies share identifiers: the signals are those of replies.");
     for (const auto& block : blocks)
         out += block.values();
     return out;

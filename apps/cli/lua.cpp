@@ -1,5 +1,6 @@
 #include "apps/cli/formats.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -56,6 +57,18 @@ local function raw_value(f, at)
     end
     if f.coding == "i_le" and value >= 2 ^ (8 * f.bytes - 1) then value = value - 2 ^ (8 * f.bytes) end
     return value
+end
+
+-- Some fields take the place of another one while a third has a value.
+local function fields_of(side, at)
+    local variant = side.variants and side.variants[raw_value(side.selector, at)]
+    if not variant then return side.fields end
+    local out = {}
+    for _, f in ipairs(side.fields) do
+        if f.name ~= side.replaced then out[#out + 1] = f end
+    end
+    for _, f in ipairs(variant) do out[#out + 1] = f end
+    return out
 end
 
 local function fits(side, size, at)
@@ -119,7 +132,7 @@ local function dissect(tvb, pinfo, root, family_name, can_id)
     tree:add(f_direction, direction)
     local words = message.name .. (direction == "reply" and " reply" or "")
     if can_id and can_id ~= 0x280 then tree:add(f_id, can_id % 64 + (can_id % 64 == 0 and 64 or 0)) end
-    for _, f in ipairs(side.fields) do
+    for _, f in ipairs(fields_of(side, at)) do
         if f.byte + f.bytes <= size then
             local raw = raw_value(f, at)
             if f.id then
@@ -195,6 +208,25 @@ std::string field_text(const MessageInfo& message, const Field& field, const wir
     return out + '}';
 }
 
+std::string variants_text(const MessageInfo& message, const Side& side, const wire::Profile& line,
+                          std::set<std::string>& names)
+{
+    const auto selector = std::ranges::find(side.fields, side.selector, &Field::name);
+    if (side.variants.empty() || selector == side.fields.end())
+        return {};
+    std::string variants;
+    for (const auto& variant : side.variants) {
+        variants += fmt::format("[{}]={{", variant.selector);
+        for (const auto& field : variant.fields) {
+            names.emplace(field.name);
+            variants += field_text(message, field, line) + ',';
+        }
+        variants += "},";
+    }
+    return fmt::format(",selector={},replaced=\"{}\",variants={{{}}}", field_text(message, *selector, line),
+                       side.replaced, variants);
+}
+
 std::string side_text(const MessageInfo& message, const Side& side, const wire::Profile& line,
                       std::set<std::string>& names)
 {
@@ -209,7 +241,8 @@ std::string side_text(const MessageInfo& message, const Side& side, const wire::
             names.emplace(field.name);
         fields += field_text(message, field, line) + ',';
     }
-    return fmt::format("{{size={},grows={},fixed={{{}}},fields={{{}}}}}", side.size, grows, fixed_of(side), fields);
+    return fmt::format("{{size={},grows={},fixed={{{}}},fields={{{}}}{}}}", side.size, grows, fixed_of(side), fields,
+                       variants_text(message, side, line, names));
 }
 
 } // namespace

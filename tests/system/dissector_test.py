@@ -72,12 +72,17 @@ class Dissector(unittest.TestCase):
         sinew("dissector", "dbc", "--out", self.path("rmd.dbc"))
         matrix = canmatrix.formats.loadp_flat(self.path("rmd.dbc"))
         self.assertEqual(len(matrix.frames), 33)
+        # DBC selects by one number, and the parameters have two: theirs stands raw, as one value.
+        variants = {field["name"] for message in as_json("messages", "rmd") for side in ("request", "reply")
+                    for variant in (message.get(side) or {}).get("variants", []) for field in variant["fields"]}
         compared = 0
         for one in heard:
             frame = matrix.frame_by_id(canmatrix.ArbitrationId(one["can_id"]))
             data = bytes.fromhex(one["bytes"])
             decoded = frame.decode(data)
             for value in one["values"]:
+                if value["name"] in variants and one["message"].endswith("-parameter"):
+                    continue
                 name = f"{one['message']}_{value['name']}".replace("-", "_")
                 expected = value["raw"] if value.get("value") is None else value["value"]
                 self.assertAlmostEqual(float(decoded[name].phys_value), expected, places=5, msg=f"{name} {one}")
