@@ -41,13 +41,14 @@ constexpr Kind all[] = {
      "Is the supply on? Are the two data wires swapped, is ground connected? `sinew scan LINK --all` tries every id at "
      "every bit rate."},
     {"missing-device", "devices", error, "A device of the robot file does not answer, at no bit rate.",
-     "Look at its supply, its plug and its id; `sinew scan LINK` shows the ids that answer."},
+     "Look at its supply, its plug and its id; `sinew scan LINK` shows the ids that answer. Two that share an id and "
+     "stand at the same place look like one: turn one of them, or unplug it."},
     {"broken-chain", "devices", error, "From one place in the chain on nobody answers.",
      "Look at the cable and the plugs there, and at the supply of what comes after."},
     {"unexpected-device", "devices", note, "A device answers that the robot file does not know.",
      "Add it to the robot file, or take it off the line."},
     {"duplicate-id", "duplicates", error, "Two devices have the same id and talk into each other's answers.",
-     "Unplug one of them, give the other another id with `sinew set`, and plug it in again."},
+     "Unplug one of them, give the other another id with `sinew id`, and plug it in again."},
     {"silent-response-level", "response-level", error,
      "A SAM at response level 2 carries out commands and never answers: from the wire it looks like one that is not "
      "there.",

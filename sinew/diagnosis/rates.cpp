@@ -61,8 +61,7 @@ Checked add_wrong_rates(Walk& walk)
             all_of_them
                 ? fmt::format("Use baud={} in the link and bit_rate = {} in the robot file.", rate, rate)
                 : fmt::format(
-                      "Open the link with baud={} and set its baud-rate to {} with `sinew set`, which writes its "
-                      "flash.",
+                      "Open the link with baud={} and set its rate to {} with `sinew baud`, which writes its flash.",
                       rate, usual);
         if (there.size() == 1)
             walk.add(*there.front(), "wrong-baud", evidence, next);
