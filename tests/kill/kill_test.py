@@ -53,14 +53,17 @@ def looks():
 
 
 class Adapter:
-    """A pseudo terminal between a program and a simulated CAN adapter, which can be pulled out."""
+    """A pseudo terminal between a program and a simulated CAN adapter, which can be pulled out. Under a name of its own:
+    that of the terminal soon belongs to somebody else, to whom a program that opens its link again would speak."""
 
-    def __init__(self, link):
+    def __init__(self, link, port):
         self.link_fd = os.open(link.split(":")[1].split("?")[0], os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self.link_fd)
         self.master, slave = pty.openpty()
         tty.setraw(slave)
-        self.link = link.replace(os.ttyname(self.link_fd), os.ttyname(slave))
+        os.symlink(os.ttyname(slave), port)
+        self.port = port
+        self.link = link.replace(os.ttyname(self.link_fd), port)
         self.slave = slave  # until the program has it open, or there would be nobody at the other end
         self.wake, self.pulled = os.pipe()
         self.thread = threading.Thread(target=self.carry)
@@ -79,6 +82,7 @@ class Adapter:
         if self.thread.is_alive():
             os.write(self.pulled, b"!")
             self.thread.join()
+            os.unlink(self.port)
             for fd in (self.slave, self.master, self.link_fd, self.wake, self.pulled):
                 os.close(fd)
 
@@ -196,7 +200,7 @@ class Kill(unittest.TestCase):
             released = part == "stopping" and mode in OFF
             return (mode in OFF) == (policy == "release") or kept or released
         links = dict(self.sim.link)
-        adapter = Adapter(links["legs"]) if way == "adapter" else None
+        adapter = Adapter(links["legs"], os.path.join(self.folder.name, "port")) if way == "adapter" else None
         if adapter:
             links["legs"] = adapter.link
         program, guardian = self.start(policy, links)
