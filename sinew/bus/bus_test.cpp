@@ -5,7 +5,9 @@
 #include "tests/support/allocations.hpp"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace sinew::bus {
@@ -288,6 +290,40 @@ TEST(Bus, ASlowBusDoesNotHoldUpAFastOne)
     EXPECT_TRUE(drive(both));
     EXPECT_EQ(of_fast[1].at.time_since_epoch(), 1s + 6ms);
     EXPECT_EQ(of_slow[1].at.time_since_epoch(), 1s + 40ms);
+}
+
+/// While somebody waits, a stop is asked of a bus from elsewhere; the wait ends at once where it looks for that.
+class InterruptingClock final : public JumpingClock
+{
+public:
+    void wait(std::span<const link::Handle> handles, TimePoint deadline) override
+    {
+        if (auto* asked = std::exchange(stopped, nullptr))
+            asked->request_stop();
+        for (const auto& handle : handles)
+            if (pollfd ready{.fd = handle.fd, .events = POLLIN, .revents = 0}; ::poll(&ready, 1, 0) > 0)
+                return;
+        JumpingClock::wait(handles, deadline);
+    }
+    Bus* stopped = nullptr;
+};
+
+TEST(Bus, AStopOfABusWithNothingToDoGoesOutWhileAnotherOneIsWaitedFor)
+{
+    InterruptingClock clock;
+    Rig idle(clock);
+    Rig busy(clock);
+    const auto stop = *wire::make_request(3, fake::Set{.value = 0});
+    idle.bus->set_stop({&stop, 1});
+    busy.responder.delay = 20ms;
+    const auto request = *wire::make_request(3, fake::Read{});
+    Result result;
+    busy.bus->start({&request, 1}, {&result, 1});
+    Bus* const both[] = {&*idle.bus, &*busy.bus};
+    clock.stopped = &*idle.bus;
+    EXPECT_TRUE(drive(both));
+    ASSERT_EQ(idle.bus->stop_results().size(), 1U);
+    EXPECT_EQ(idle.bus->stop_results()[0].sent_at.time_since_epoch(), 1s);
 }
 
 TEST(Bus, DrivesNoLongerThanItIsAllowedTo)

@@ -23,6 +23,16 @@ TEST(Conversation, CountsTheLongestRoundTripsInTheLastBucket)
     EXPECT_EQ(Counters::bucket_of(1h), Counters::buckets - 1);
 }
 
+TEST(Conversation, AResultThatIsUsedAgainHasNoAnswerOfBefore)
+{
+    Result result;
+    result.replies[0] = *wire::encode_request(3, fake::Read{});
+    result.reply_count = 1;
+    EXPECT_EQ(result.answer(), result.replies[0]);
+    result.reset();
+    EXPECT_EQ(result.answer(), wire::Frame{});
+}
+
 TEST(Conversation, HasCountedNothingAtFirst)
 {
     const Counters none = Talk(framed).conversation.counters();
