@@ -179,7 +179,7 @@ TEST(Bus, EndsEveryCallWithTheReasonWhenTheLinkHangsUp)
     EXPECT_EQ(rig.bus->call(3, fake::Read{}).error().code, Errc::link_lost);
 }
 
-/// An adapter that refuses one frame and stays open.
+/// An adapter that refuses one frame and stays open, or is gone when the answer is due.
 class RefusingLink final : public link::ByteLink
 {
 public:
@@ -189,12 +189,18 @@ public:
             return fail(Errc::link_failed, "the adapter refused a frame");
         return bytes.size();
     }
-    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override { return link::Arrival{}; }
+    std::expected<link::Arrival, Error> read(std::span<std::uint8_t>) override
+    {
+        if (is_gone)
+            return std::unexpected(Error{.code = Errc::link_lost});
+        return link::Arrival{};
+    }
     int handle() const override { return -1; }
-    link::LinkState state() const override { return {.open = true, .bit_rate = 100'000}; }
+    link::LinkState state() const override { return {.open = !is_gone, .bit_rate = 100'000}; }
     std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t bit_rate) override { return bit_rate; }
 
     bool refuse = true;
+    bool is_gone = false;
 };
 
 TEST(Bus, OutlivesAnAdapterThatRefusesOneFrame)
@@ -206,6 +212,8 @@ TEST(Bus, OutlivesAnAdapterThatRefusesOneFrame)
     EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::link_failed);
     link.refuse = false;
     EXPECT_TRUE(bus.send(3, fake::Set{}).has_value());
+    link.is_gone = true;
+    EXPECT_EQ(bus.call(3, fake::Read{}).error().code, Errc::link_lost);
 }
 
 /// A port whose other end has stopped to read.
