@@ -85,8 +85,9 @@ public:
 
     /// One turn: sends all commands, on all buses at once, and reads what they bring. Returns when the slowest bus is
     /// done: some hundred milliseconds where a device is silent, and as long nobody looks at the joints of the other
-    /// buses. What drives without end (velocity, current, torque, duty) is better run by `run`, where no bus waits. An error of one exchange shows in `Joint::trouble` and in the age of its state; what is returned here has
-    /// stopped the robot.
+    /// buses. What drives without end (velocity, current, torque, duty) is better run by `run`, where no bus waits. An
+    /// error of one exchange shows in `Joint::trouble` and in the age of its state; what is returned here has stopped
+    /// the robot.
     std::expected<void, Error> cycle();
     /// Cycles until `until`, or until something stops the robot, with `each` once a `period`. Every bus goes at the
     /// rate of the file (`rate_hz`), else at that of `period`, and waits for no other one.
