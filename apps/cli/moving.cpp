@@ -52,6 +52,12 @@ Outcome follow(const Words& words, Session& session, Driven& driven, Supervised&
             progressed = std::max(progressed, now);
             last = here;
         }
+        if (here && now - progressed > standstill && std::abs(*here - goal.position_rad) <= gives_way_rad)
+            return fail(
+                Errc::unsupported,
+                fmt::format("{} stands still at {}, short of {:.2f} deg, and stays on its way there; does it give "
+                            "way to a load?",
+                            driven.device.name, place_of(driven), units::deg(goal.position_rad)));
         if (here && now - progressed > standstill)
             return give_up(Errc::unsupported,
                            fmt::format("{} stands still at {}, short of {:.2f} deg; is something in "

@@ -37,11 +37,11 @@ std::expected<void, Error> carry_out_planned(Driven& driven, const std::expected
     return planned ? carry_out(driven, *planned) : std::unexpected(planned.error());
 }
 
-Telling tell(Driven& driven, Otherwise otherwise)
+Telling tell(Driven& driven, Otherwise otherwise, std::optional<double> last = {})
 {
-    Telling told;
+    Telling told{.place_rad = last};
     told.confirmed = until_confirmed([&] {
-        told = tell_to_hold(driven);
+        told = tell_to_hold(driven, told.place_rad);
         return told.confirmed;
     });
     // A brake that nobody acknowledged may be on; letting go would undo it.
@@ -115,7 +115,7 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
         if (session.clock().now() >= end)
             break;
         if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
-            told = tell(driven, otherwise);
+            told = tell(driven, otherwise, told.place_rad);
         pause(session);
     }
     return not_at_rest(driven, told);
@@ -123,17 +123,22 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
 
 } // namespace
 
-Telling tell_to_hold(Driven& driven)
+Telling tell_to_hold(Driven& driven, std::optional<double> last)
 {
     const actuator::Command hold{.mode = actuator::Mode::hold};
     auto planned = driven.driver->plan(hold, {});
+    std::optional<double> place;
     if (!planned) {
         const auto read = read_state(driven, actuator::Depth::motion);
-        planned = read ? driven.driver->plan(hold, driven.state) : std::unexpected(read.error());
+        actuator::State at = driven.state;
+        if (at.position_rad && last && std::abs(*at.position_rad - *last) <= gives_way_rad)
+            at.position_rad = *last;
+        place = at.position_rad.optional();
+        planned = read ? driven.driver->plan(hold, at) : std::unexpected(read.error());
     }
     if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake)
         return {Rest::braked, carry_out_planned(driven, driven.driver->plan({.mode = actuator::Mode::brake}, {}))};
-    return {Rest::holds, carry_out_planned(driven, planned)};
+    return {Rest::holds, carry_out_planned(driven, planned), place};
 }
 
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise)

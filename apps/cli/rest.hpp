@@ -1,5 +1,6 @@
 #pragma once
 #include "apps/cli/joint.hpp"
+#include "sinew/base/units.hpp"
 
 #include <functional>
 
@@ -21,11 +22,17 @@ enum class Rest {
 struct Telling {
     Rest rest = Rest::holds;
     std::expected<void, Error> confirmed;
+    /// Where it was told to hold, of what must be told where.
+    std::optional<double> place_rad{};
 };
 
+/// A motor that holds gives way to its load by no more than this; what is further off has not heard the last telling.
+inline constexpr double gives_way_rad = units::rad(5.0);
+
 /// Once; nobody looks. Where the protocol can hold without knowing the position nothing is read first; what must be
-/// told where to hold, and does not say where it is, is braked.
-Telling tell_to_hold(Driven& driven);
+/// told where to hold, and does not say where it is, is braked. `last`: the place of an earlier telling, told again
+/// where it still is about there, for under a load each new place would be lower than the one before.
+Telling tell_to_hold(Driven& driven, std::optional<double> last = {});
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
 /// been lost. No signal cuts the telling short, and one that came before is still there afterwards. `timeout` and the

@@ -58,7 +58,7 @@ void Stopping::tell()
         driven_.emplace(std::move(*driven));
         is_mute_ = !driven_->driver->plan_read(actuator::Depth::motion);
     }
-    telling_ = keep_torque_ ? tell_to_hold(*driven_) : tell_to_let_go();
+    telling_ = keep_torque_ ? tell_to_hold(*driven_, telling_.place_rad) : tell_to_let_go();
 }
 
 void Stopping::look()

@@ -36,6 +36,8 @@ COMES_TO_REST = 1.5
 # The simulator and the programs share a machine with other work: what it delays a look by, it delays them by, several times over.
 LOOKS_OF_DELAY = 20
 BETWEEN_LOOKS = 0.05
+# What is slower than that for so long is not on its way anywhere; a motor that creeps the last hundredths of a degree is at rest.
+AT_REST_DEG_S = 1.0
 # A motor on its way to and fro (6 rad/s) is somewhere else then, also where one look found it turning round.
 STILL_AT_REST_AFTER = 0.3
 
@@ -134,15 +136,17 @@ class Kill(unittest.TestCase):
 
     def all_at_rest(self, is_as_it_should_be, but, first=None):
         """Why not; and where all were."""
+        since = time.monotonic() - (STILL_AT_REST_AFTER if first else 0)
         first = first or looks()
         time.sleep(BETWEEN_LOOKS)
         now = looks()
+        crept = AT_REST_DEG_S * (time.monotonic() - since)
         for joint, (mode, deg) in now.items():
             if joint in but:
                 continue
             if not is_as_it_should_be(joint, mode):
                 return f"{joint} is {mode}", now
-            if abs(deg - first[joint][1]) > 0.05:
+            if abs(deg - first[joint][1]) > crept:
                 return f"{joint} moves: {first[joint]}, then {mode} {deg}", now
         return None, now
 

@@ -1,4 +1,5 @@
 """`sinew stop` looks: what it calls stopped stands still, and of what does not answer or turns on it says so."""
+import math
 import os
 import tempfile
 import unittest
@@ -38,6 +39,19 @@ class Stop(unittest.TestCase):
         sinew("sim", "fault", "left_knee", "push", "torque_nm=3")
         done = sinew("stop", "left_knee", *self.sim.robot, code=7)
         self.assertIn("left_knee was NOT stopped: it was told to release and still turns", done.stderr)
+
+    def test_a_loaded_servo_that_is_told_to_hold_does_not_walk_down_with_its_load(self):
+        sinew("sim", "fault", "shoulder_pitch", "push", "torque_nm=-4")
+        done = sinew("move", "shoulder_pitch", "60deg", *self.sim.robot, "--yes", code=10)
+        self.assertIn("give way to a load?", done.stderr)
+        begun = as_json("sim", "look", "shoulder_pitch")[0]["position_rad"]
+        self.assertAlmostEqual(begun, math.radians(60), delta=math.radians(5), msg="it goes on holding")
+        for _ in range(3):
+            stopped = self.states("shoulder_pitch", "--hold")
+            self.assertIn("holds at", stopped["shoulder_pitch"]["state"])
+        # Each call takes the place that it finds, lower by what the load pushes it off the last one.
+        sagged = begun - as_json("sim", "look", "shoulder_pitch")[0]["position_rad"]
+        self.assertLess(sagged, 3 * math.radians(1.5))
 
     def test_a_motor_that_turns_is_seen_to_come_to_rest(self):
         for words, done in (([], "at rest"), (["--hold"], "holds at")):
