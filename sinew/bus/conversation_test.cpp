@@ -33,6 +33,16 @@ TEST(Conversation, AResultThatIsUsedAgainHasNoAnswerOfBefore)
     EXPECT_EQ(result.answer(), wire::Frame{});
 }
 
+TEST(Conversation, CountsDeviceNoughtForItselfAndIdsThatNobodyHasTogether)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{0, fake::Read{}});
+    talk.sent();
+    EXPECT_EQ(talk.conversation.counters(0).requests, 1U);
+    EXPECT_EQ(talk.conversation.counters(-1).requests, 0U);
+    EXPECT_EQ(&talk.conversation.counters(-1), &talk.conversation.counters(256));
+}
+
 TEST(Conversation, HasCountedNothingAtFirst)
 {
     const Counters none = Talk(framed).conversation.counters();
