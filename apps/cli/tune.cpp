@@ -237,7 +237,8 @@ Verb tune_verb()
             .acts = true,
             .more = "Gains are set until power-off, and what was there before is set back afterwards; --keep stores "
                     "them instead. A Nuri has no gains to try: sinew set TARGET position-controller stores them. The "
-                    "joint stays where the step went. step_max_deg of the robot file says how long a step may be, and "
+                    "joint stays where the step went; one that was blocked goes there when it comes free. step_max_deg "
+                    "of the robot file says how long a step may be, and "
                     "its other limits hold for what is measured. Looks are as many as the bus allows: steps that are "
                     "faster than "
                     "that are not seen well."};
