@@ -5,6 +5,7 @@
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/identity.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,7 +53,7 @@ Outcome follow(const Words& words, Session& session, Driven& driven, Supervised&
             progressed = std::max(progressed, now);
             last = here;
         }
-        if (here && now - progressed > standstill && std::abs(*here - goal.position_rad) <= gives_way_rad)
+        if (here && now - progressed > standstill && std::abs(*here - goal.position_rad) <= robot::giving_way_rad)
             return fail(
                 Errc::unsupported,
                 fmt::format("{} stands still at {}, short of {:.2f} deg, and stays on its way there; does it give "

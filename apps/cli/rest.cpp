@@ -1,8 +1,8 @@
 #include "apps/cli/rest.hpp"
 
 #include "apps/cli/exit_codes.hpp"
-#include "sinew/base/units.hpp"
 #include "sinew/robot/hold_unseen.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -71,11 +71,6 @@ void pause(Session& session)
     }
 }
 
-std::string_view to_verb(Rest rest)
-{
-    return rest == Rest::holds ? "hold" : rest == Rest::braked ? "brake" : "let go";
-}
-
 std::unexpected<Error> not_at_rest(const Driven& driven, const Telling& told)
 {
     if (!told.confirmed)
@@ -123,6 +118,11 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
 
 } // namespace
 
+std::string_view to_verb(Rest rest)
+{
+    return rest == Rest::holds ? "hold" : rest == Rest::braked ? "brake" : "release";
+}
+
 Telling tell_to_hold(Driven& driven, std::optional<double> last)
 {
     const actuator::Command hold{.mode = actuator::Mode::hold};
@@ -131,7 +131,7 @@ Telling tell_to_hold(Driven& driven, std::optional<double> last)
     if (!planned) {
         const auto read = read_state(driven, actuator::Depth::motion);
         actuator::State at = driven.state;
-        if (at.position_rad && last && std::abs(*at.position_rad - *last) <= gives_way_rad)
+        if (at.position_rad && last && std::abs(*at.position_rad - *last) <= robot::giving_way_rad)
             at.position_rad = *last;
         place = at.position_rad.optional();
         planned = read ? driven.driver->plan(hold, at) : std::unexpected(read.error());

@@ -1,8 +1,8 @@
 #pragma once
 #include "apps/cli/joint.hpp"
-#include "sinew/base/units.hpp"
 
 #include <functional>
+#include <string_view>
 
 /// How one device that moves comes to rest, looked at and not only told: for `move`, `home`, `tune` and `jog`. `stop`
 /// tells many before it looks (stopping.hpp), and `play` and `teach` have their robot do it (sinew/robot/stop.cpp).
@@ -18,6 +18,9 @@ enum class Rest {
     released,
 };
 
+/// What it was told: "hold", "brake" or "release".
+std::string_view to_verb(Rest rest);
+
 /// What a device was told, and what it said to that.
 struct Telling {
     Rest rest = Rest::holds;
@@ -26,12 +29,10 @@ struct Telling {
     std::optional<double> place_rad{};
 };
 
-/// A motor that holds gives way to its load by no more than this; what is further off has not heard the last telling.
-inline constexpr double gives_way_rad = units::rad(5.0);
-
 /// Once; nobody looks. Where the protocol can hold without knowing the position nothing is read first; what must be
 /// told where to hold, and does not say where it is, is braked. `last`: the place of an earlier telling, told again
-/// where it still is about there, for under a load each new place would be lower than the one before.
+/// where it is no further off than it may give way (`robot::giving_way_rad`), for under a load each new place would be
+/// lower than the one before; what is further off has not heard it.
 Telling tell_to_hold(Driven& driven, std::optional<double> last = {});
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have

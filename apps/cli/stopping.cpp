@@ -15,11 +15,6 @@ constexpr Duration longest_look = std::chrono::seconds(2);
 constexpr int fewest_looks = 4;
 constexpr int most_unanswered = 2; // looks in a row, each of which the bus asks twice
 
-std::string_view to_verb(Rest rest)
-{
-    return rest == Rest::holds ? "hold" : rest == Rest::braked ? "brake" : "release";
-}
-
 /// Whether the device stood still from one look to the next. Where it is too far to say where it is (Nuri), its speed.
 bool stands(const actuator::State& before, const actuator::State& now, double flicker_rad)
 {

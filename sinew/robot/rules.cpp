@@ -1,7 +1,6 @@
 #include "sinew/robot/rules.hpp"
 
 #include "sinew/base/seconds.hpp"
-#include "sinew/base/units.hpp"
 
 #include <algorithm>
 
@@ -9,9 +8,8 @@ namespace sinew::robot {
 namespace {
 
 /// How far a control loop of position trails behind a steady velocity, as a time: 0.1 s in the simulator with the gains
-/// of delivery, loaded or not; and what it gives way to a load (4 deg to half of its torque).
+/// of delivery, loaded or not.
 constexpr double trailing_s = 0.12;
-constexpr double giving_way_rad = units::rad(5.0);
 
 } // namespace
 

@@ -1,8 +1,13 @@
 #pragma once
+#include "sinew/base/units.hpp"
 #include "sinew/config/robot_file.hpp"
 #include "sinew/robot/supervisor.hpp"
 
 namespace sinew::robot {
+
+/// By how much a control loop of position gives way to a load (4 deg to half of its torque, with the gains of
+/// delivery).
+inline constexpr double giving_way_rad = units::rad(5.0);
 
 /// What a robot file holds a joint to: its own limits, else those of `[safety]`. `can`: what the joint
 /// can, where that is known.

@@ -329,7 +329,7 @@ bool Supervisor::lasts(std::optional<TimePoint>& since, bool too_much, TimePoint
     return since && at - *since >= lasting;
 }
 
-Finding Supervisor::judge_excess(const State& state, TimePoint)
+Finding Supervisor::judge_excess(const State& state)
 {
     const auto& limits = rules_.limits;
     const bool too_fast = limits.velocity_max_rad_s &&
@@ -402,7 +402,7 @@ Finding Supervisor::judge(const State& state, const Command& running, TimePoint 
     if (auto fault = judge_faults(state); fault.measure != Measure::none)
         return fault;
     if (is_driven(running.mode))
-        if (auto excess = judge_excess(state, now); excess.measure != Measure::none)
+        if (auto excess = judge_excess(state); excess.measure != Measure::none)
             return excess;
     if (auto place = judge_place(state, running, interval, now); place.measure != Measure::none)
         return place;

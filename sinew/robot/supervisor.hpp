@@ -107,7 +107,7 @@ private:
     double lead_rad(TimePoint now) const;
     void refer_to(double position_rad, bool is_commanded, TimePoint now);
     Finding judge_faults(const actuator::State& state) const;
-    Finding judge_excess(const actuator::State& state, TimePoint now);
+    Finding judge_excess(const actuator::State& state);
     Finding judge_place(const actuator::State& state, const actuator::Command& running, Duration interval,
                         TimePoint now) const;
     Finding judge_lead(const actuator::Command& running);
