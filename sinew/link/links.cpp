@@ -2,7 +2,7 @@
 
 #include "sinew/base/bytes.hpp"
 #include "sinew/link/serial.hpp"
-#include "sinew/link/slcan.hpp"
+#include "sinew/link/slcan_opening.hpp"
 #include "sinew/link/socketcan.hpp"
 #include "sinew/link/tcp.hpp"
 
@@ -51,16 +51,21 @@ std::unexpected<Error> refuse_option(std::string_view option, const Scheme& sche
                                            suggest(option, scheme.options), fmt::join(scheme.options, ", ")));
 }
 
-/// Of the port of an adapter: see `Links::reopener`.
-auto device_reopener(const std::function<std::expected<AnyLink, Error>(const Uri&, Clock&)>& open, const Roots& roots)
+Reopen reopen_serial(const Uri& uri, Clock& clock)
 {
-    return [open, roots](const Uri& uri, Clock& clock) -> Reopen {
+    return [uri, &clock] { return opener<ByteLink>(&open_serial)(uri, clock); };
+}
+
+/// Of the port of an adapter: see `Links::reopener`.
+auto device_reopener(Reopen (*reopen)(const Uri&, Clock&), const Roots& roots)
+{
+    return [reopen, roots](const Uri& uri, Clock& clock) -> Reopen {
         Uri again = uri;
         std::error_code none;
         if (!std::filesystem::is_symlink(uri.target, none) && !find_serial_number(uri.target, roots).empty())
             if (auto by_id = find_by_id(uri.target, roots); !by_id.empty())
                 again.target = std::move(by_id);
-        return [open, again, &clock] { return open(again, clock); };
+        return reopen(again, clock);
     };
 }
 
@@ -69,26 +74,25 @@ auto device_reopener(const std::function<std::expected<AnyLink, Error>(const Uri
 Links Links::system(const Roots& roots)
 {
     const auto serial = opener<ByteLink>(&open_serial);
-    const auto slcan = opener<CanLink>(&open_slcan);
     Links links;
     links.add({.name = "serial",
                .form = "serial:DEVICE?baud=RATE",
                .says = "A serial port; echo=on where the adapter hears itself, auto to find out.",
                .options = {"baud", "echo"},
                .open = serial,
-               .reopener = device_reopener(serial, roots)});
+               .reopener = device_reopener(&reopen_serial, roots)});
     links.add({.name = "rs485",
                .form = "rs485:DEVICE?baud=RATE",
                .says = "A serial port whose driver switches the direction of RS-485 where it can.",
                .options = {"baud", "echo"},
                .open = serial,
-               .reopener = device_reopener(serial, roots)});
+               .reopener = device_reopener(&reopen_serial, roots)});
     links.add({.name = "pty",
                .form = "pty:DEVICE",
                .says = "A pseudo terminal of a simulator; baud is what its devices see.",
                .options = {"baud", "echo"},
                .open = serial,
-               .reopener = device_reopener(serial, roots)});
+               .reopener = device_reopener(&reopen_serial, roots)});
     links.add({.name = "tcp",
                .form = "tcp://HOST:PORT",
                .says = "A box from Ethernet to RS-485; baud tells the rate that is set on it.",
@@ -99,8 +103,8 @@ Links Links::system(const Roots& roots)
                .form = "slcan:DEVICE?bitrate=RATE",
                .says = "A CAN adapter that speaks SLCAN; bitrate is that of CAN, baud that of the port.",
                .options = {"bitrate", "baud"},
-               .open = slcan,
-               .reopener = device_reopener(slcan, roots)});
+               .open = opener<CanLink>(&open_slcan),
+               .reopener = device_reopener(&reopen_slcan, roots)});
     links.add({.name = "can",
                .form = "can:INTERFACE",
                .says = "A CAN interface of Linux (SocketCAN); ids=141-160,280 hears only these identifiers.",

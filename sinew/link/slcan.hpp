@@ -2,7 +2,6 @@
 #include "sinew/link/clock.hpp"
 #include "sinew/link/link.hpp"
 #include "sinew/link/slcan_codec.hpp"
-#include "sinew/link/uri.hpp"
 
 namespace sinew::link {
 
@@ -54,8 +53,9 @@ public:
     std::uint8_t flags() const { return flags_; }
 
 private:
-    SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate)
-        : adapter_(std::move(adapter)), bit_rate_(bit_rate)
+    friend class SlcanReopening;
+    SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate, const slcan::Reader& reader = {})
+        : adapter_(std::move(adapter)), bit_rate_(bit_rate), reader_(reader)
     {
     }
     std::expected<void, Error> send();
@@ -80,9 +80,5 @@ private:
     std::span<const std::uint8_t> unread_; ///< the part of `heard_` that is still to be looked at
     TimePoint heard_at_{};
 };
-
-/// `slcan:DEVICE?bitrate=RATE&baud=RATE`: the CAN bit rate (1000000 where none is given) and that of the serial port
-/// (115200; adapters that are USB devices themselves take any).
-std::expected<std::unique_ptr<CanLink>, Error> open_slcan(const Uri& uri, Clock& clock);
 
 } // namespace sinew::link

@@ -3,6 +3,7 @@
 #include "sinew/link/link_test_support.hpp"
 #include "sinew/link/pty.hpp"
 #include "sinew/link/slcan_adapter.hpp"
+#include "sinew/link/slcan_opening.hpp"
 
 #include <fmt/format.h>
 #include <random>
