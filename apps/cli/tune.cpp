@@ -6,6 +6,7 @@
 #include "apps/cli/plot.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -113,7 +114,14 @@ std::expected<void, Error> draw(const Words& words, const Device& device, const 
     return file->keep();
 }
 
-/// The step with the gains that are set now.
+/// What is left of the step is what a load or soft gains leave: the motor may stay on its way, for it will not leap.
+bool has_gone(const std::vector<StepSample>& samples, double to_rad)
+{
+    const double left_rad = std::abs(to_rad - samples.back().position_rad);
+    return left_rad <= robot::giving_way_rad && left_rad <= std::abs(to_rad - samples.front().position_rad) / 2.0;
+}
+
+/// The step with the gains that are set now. What was measured stays in `samples` also where it did not get there.
 Outcome step(const Words& words, Session& session, Driven& driven, const Trial& trial, std::vector<StepSample>& samples)
 {
     Supervised supervised(session, driven, Reached::by_a_leap);
@@ -125,16 +133,25 @@ Outcome step(const Words& words, Session& session, Driven& driven, const Trial& 
     if (!measured)
         return stopped_for(session, driven, measured.error());
     samples = std::move(*measured);
-    if (auto drawn = draw(words, driven.device, trial, samples); !drawn)
+    Outcome outcome = exit_done;
+    if (!has_gone(samples, trial.to_rad))
+        outcome =
+            held_after(session, driven,
+                       {.code = Errc::timeout,
+                        .detail = fmt::format("{} is at {:.2f} deg after {:g} s, short of {:.2f} deg, and is held "
+                                              "there; is something in its way, or does it need more --for?",
+                                              driven.device.name, units::deg(samples.back().position_rad),
+                                              seconds(trial.length), units::deg(trial.to_rad))});
+    if (auto drawn = draw(words, driven.device, trial, samples); outcome && !drawn)
         return std::unexpected(drawn.error());
-    return exit_done;
+    return outcome;
 }
 
 Outcome as_it_is(const Words& words, Session& session, Driven& driven, const Trial& trial)
 {
     std::vector<StepSample> samples;
     const auto outcome = step(words, session, driven, trial, samples);
-    if (outcome && *outcome == exit_done)
+    if (!samples.empty())
         show(words, driven.device, trial, samples, Kept::no);
     return outcome;
 }
@@ -176,7 +193,7 @@ Outcome with_gains(const Words& words, Session& session, Driven& driven, const T
     }
     if (auto back = set_back(*gains, driven); !back)
         return std::unexpected(back.error());
-    if (outcome && *outcome == exit_done)
+    if (!samples.empty())
         show(words, driven.device, trial, samples, Kept::no);
     return outcome;
 }
@@ -237,8 +254,8 @@ Verb tune_verb()
             .acts = true,
             .more = "Gains are set until power-off, and what was there before is set back afterwards; --keep stores "
                     "them instead. A Nuri has no gains to try: sinew set TARGET position-controller stores them. The "
-                    "joint stays where the step went; one that was blocked goes there when it comes free. step_max_deg "
-                    "of the robot file says how long a step may be, and "
+                    "joint stays where the step went; one that does not get there is held where it is then. "
+                    "step_max_deg of the robot file says how long a step may be, and "
                     "its other limits hold for what is measured. Looks are as many as the bus allows: steps that are "
                     "faster than "
                     "that are not seen well."};

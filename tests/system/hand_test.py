@@ -62,6 +62,34 @@ class Tune(unittest.TestCase):
         self.assertIn("kept in flash", done.stderr)
 
 
+class Blocked(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        os.environ["XDG_RUNTIME_DIR"] = folder.name
+        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
+        self.sim = Simulator()
+        self.addCleanup(self.sim.close)
+
+    def place(self, joint):
+        return math.degrees(as_json("sim", "look", joint)[0]["position_rad"])
+
+    def test_a_motor_that_was_blocked_when_it_was_tuned_stays_there_when_it_comes_free(self):
+        # The last step is shorter than what a load may push a joint off.
+        for joint, to, more in (("elbow", "30deg", []), ("waist_yaw", "30deg", []), ("left_knee", "30deg", []),
+                                ("left_ankle", "10deg", ["--gain", "p=73"]), ("wrist_yaw", "4deg", [])):
+            before = self.place(joint)
+            sinew("sim", "fault", joint, "stuck-gear")
+            done = sinew("tune", joint, "--to", to, "--for", "500ms", *more, *self.sim.robot, "--yes", code=7)
+            self.assertRegex(done.stderr, rf"^sinew: {joint} is at -?[\d.]+ deg after 0.5 s, short of [\d.]+ deg, and is held there; "
+                                          r"is something in its way, or does it need more --for\?\n$")
+            self.assertIn("steady error", done.stdout, "what was measured is true all the same")
+            sinew("sim", "mend", joint)
+            sinew("watch", joint, *self.sim.robot, "--json", "--for", "500ms")
+            # An RMD holds by a speed of 0, and gives back what it had wound up against the obstacle.
+            self.assertAlmostEqual(self.place(joint), before, delta=3.0, msg=joint)
+
+
 class Swallowed:
     """A line to a simulated CAN bus on which frames of one kind go out and never arrive."""
 
