@@ -4,6 +4,7 @@
 #include "sinew/base/seconds.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/family/drivers.hpp"
+#include "sinew/robot/drive.hpp"
 #include "sinew/robot/hold_unseen.hpp"
 #include "sinew/robot/rules.hpp"
 
@@ -273,24 +274,31 @@ bool Joint::must_send(const Command& command, TimePoint at) const
 }
 
 /// A device that does not answer may have lost its supply, and its shaft may be anywhere: what it was told last would
-/// be a leap when it hears again. What cannot make it leap goes out all the same.
+/// be a leap when it hears again. What cannot make it leap goes out all the same, for it may hear.
 bool Joint::may_send() const
 {
     const Mode mode = command_.mode;
-    if (mode == Mode::release || mode == Mode::brake || (mode == Mode::hold && !holds_a_position_))
+    if (lets_go(command_) || (mode == Mode::hold && !holds_a_position_))
         return true;
     const bool is_leap = holds_a_position_ && (mode == Mode::position || mode == Mode::hold);
     return !silence_ && !(is_leap ? missing_since_.has_value() : is_silent());
 }
 
-/// Instead of a command that may not be sent. What turns without end and is to hold is braked until its place is known.
+/// Instead of a command that may not be sent. What drives without end and is to do something else is stopped, wherever
+/// it is: it may hear. So is what is to turn no more: of a ramp that is told again and again (Nuri) there is no end.
 std::expected<wire::Requests, Error> Joint::plan_look(double resolution_rad)
 {
-    const Mode last = planned_.mode;
-    const bool turns = last == Mode::velocity || last == Mode::duty || last == Mode::current || last == Mode::torque;
-    if (turns && command_.mode == Mode::hold)
+    const bool is_to_end = is_endless(planned_.mode) && !same(mounting_.to_actuator(command_), planned_);
+    const bool is_to_stand = command_.mode == Mode::velocity && sense_of(command_) == 0.0;
+    if (is_to_end || is_to_stand)
         return driver_->plan_cycle({.mode = unseen_hold_}, raw_);
     return driver_->plan_read(Depth::motion, resolution_rad);
+}
+
+void Joint::went_out(const Command& own, TimePoint at)
+{
+    planned_ = own;
+    planned_at_ = at;
 }
 
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
@@ -311,8 +319,7 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         fresh_ = false;
         if (acknowledges_)
             repetitions_ = 0;
-        planned_ = own;
-        planned_at_ = at;
+        went_out(own, at);
     }
     // Who holds without being told where holds where he comes to rest.
     const bool holds_there = command.mode == Mode::hold && holds_a_position_;

@@ -90,6 +90,8 @@ private:
     bool must_send(const Command& command, TimePoint at) const;
     bool may_send() const;
     std::expected<wire::Requests, Error> plan_look(double resolution_rad);
+    /// In the units of the actuator.
+    void went_out(const Command& own, TimePoint at);
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;

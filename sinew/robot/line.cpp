@@ -143,6 +143,7 @@ bool Line::plan_group(TimePoint now)
         }
     }
     for (Joint* joint : group_) {
+        joint->went_out(joint->mounting_.to_actuator(joint->command_), now);
         if (joint->raw_.position_rad)
             joint->guard_.follow(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
         if (const auto read = joint->driver_->plan_read(Depth::motion))

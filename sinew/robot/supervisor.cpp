@@ -2,6 +2,7 @@
 
 #include "sinew/actuator/check.hpp"
 #include "sinew/base/units.hpp"
+#include "sinew/robot/drive.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,31 +35,9 @@ constexpr actuator::Fault serious[] = {actuator::Fault::over_temperature,
                                        actuator::Fault::low_voltage,
                                        actuator::Fault::high_voltage};
 
-bool is_endless(Mode mode)
-{
-    return mode == Mode::velocity || mode == Mode::current || mode == Mode::torque || mode == Mode::duty;
-}
-
 bool is_driven(Mode mode)
 {
     return mode != Mode::release && mode != Mode::brake;
-}
-
-/// In which sense a command without end drives.
-double sense_of(const Command& command)
-{
-    switch (command.mode) {
-    case Mode::velocity:
-        return command.velocity_rad_s.value_or(0.0);
-    case Mode::current:
-        return command.current_a.value_or(0.0);
-    case Mode::torque:
-        return command.torque_nm.value_or(0.0);
-    case Mode::duty:
-        return command.duty.value_or(0.0);
-    default:
-        return 0.0;
-    }
 }
 
 } // namespace

@@ -1,6 +1,6 @@
 #include "tests/robot/rig.hpp"
 
-/// A stop where a joint does not answer any more.
+/// What a joint is told that does not answer any more.
 namespace sinew::robot::test {
 namespace {
 
@@ -25,6 +25,104 @@ TEST(Silent, AStopDoesNotWaitLongForAJointThatIsUnplugged)
         EXPECT_EQ(one.outcome, one.joint == "elbow" ? Stopped::Outcome::failed : Stopped::Outcome::confirmed)
             << one.joint;
     EXPECT_LT(rig.now() - begun, 5s) << "four time-outs, and looks at those that are there";
+}
+
+/// A joint of each family on a bus of its own, with patience for silence.
+constexpr std::string_view three = R"(
+version = 1
+[safety]
+silence_max_s = 20
+[bus.s]
+family = "sam"
+[bus.n]
+family = "nuri"
+bit_rate = 115200
+[bus.r]
+family = "rmd"
+[joint.sam]
+bus = "s"
+id = 1
+model = "SAM-20"
+[joint.nuri]
+bus = "n"
+id = 1
+[joint.rmd]
+bus = "r"
+id = 1
+model = "MG"
+profile = "rmd-2.35"
+[joint.rmd.profile_options]
+torque_constant_nm_per_a = 1.0
+)";
+
+/// It hears, and is not heard.
+void hush(Rig& rig, std::string_view joint, double for_s = 0.0)
+{
+    sim::Fault late{.kind = sim::FaultKind::delay_replies, .joint = std::string(joint), .for_s = for_s};
+    late.probability = 1.0;
+    late.delay_s = 100.0;
+    rig.simulator->world().inject(late);
+}
+
+/// How fast a joint turns that turned, fell silent, and was told this, half a second later.
+double speed_after(std::string_view joint, const Command& turns, const Command& then)
+{
+    Rig rig(file_of(three));
+    rig.enable();
+    EXPECT_EQ(said(rig.robot->set(joint, turns)), "");
+    EXPECT_EQ(said(rig.run(500ms)), "");
+    EXPECT_GT(rig.truth_rad_s(joint), 0.2) << joint;
+    hush(rig, joint);
+    EXPECT_EQ(said(rig.run(300ms)), "");
+    EXPECT_EQ(said(rig.robot->set(joint, then)), "");
+    EXPECT_EQ(said(rig.run(500ms)), "");
+    return rig.truth_rad_s(joint);
+}
+
+/// Told again in every cycle, a Nuri begins its 0.1 s to rest anew and again: after half a second e^-5 of 1 rad/s is
+/// left.
+constexpr double slow = 0.007;
+
+TEST(Silent, AJointWhoseAnswersAreMissingIsToldAtOnceToTurnNoMore)
+{
+    const Command turn{.mode = Mode::velocity, .velocity_rad_s = 1.0};
+    for (const auto* joint : {"sam", "nuri", "rmd"}) {
+        EXPECT_NEAR(speed_after(joint, turn, {.mode = Mode::velocity, .velocity_rad_s = 0.0}), 0.0, slow) << joint;
+        EXPECT_NEAR(speed_after(joint, turn, {.mode = Mode::hold}), 0.0, slow) << joint;
+    }
+    const Command duty{.mode = Mode::duty, .duty = 0.2};
+    EXPECT_NEAR(speed_after("sam", duty, {.mode = Mode::duty, .duty = 0.0}), 0.0, slow);
+}
+
+TEST(Silent, AJointWhoseAnswersAreMissingIsToldAtOnceToPushNoMore)
+{
+    for (const Command& push :
+         {Command{.mode = Mode::current, .current_a = 0.5}, Command{.mode = Mode::torque, .torque_nm = 0.5}}) {
+        Rig rig(file_of(three));
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->set("rmd", push)), "");
+        ASSERT_EQ(said(rig.run(100ms)), "");
+        hush(rig, "rmd");
+        ASSERT_EQ(said(rig.run(300ms)), "");
+        ASSERT_GT(std::abs(rig.simulator->world().look("rmd")->current_a), 0.1);
+        Command none = push;
+        (push.mode == Mode::current ? none.current_a : none.torque_nm) = 0.0;
+        ASSERT_EQ(said(rig.robot->set("rmd", none)), "");
+        ASSERT_EQ(said(rig.run(100ms)), "");
+        EXPECT_NEAR(rig.simulator->world().look("rmd")->current_a, 0.0, 1e-3);
+    }
+}
+
+/// It may have lost its supply and be limp: nothing new may set it in motion, and what it did before ends.
+TEST(Silent, AJointThatTurnsAndWhoseAnswersAreMissingIsStoppedBeforeItDoesAnythingElse)
+{
+    const Command turn{.mode = Mode::velocity, .velocity_rad_s = 1.0};
+    for (const auto* joint : {"sam", "nuri", "rmd"})
+        for (const Command& other : {Command{.mode = Mode::velocity, .velocity_rad_s = -1.0},
+                                     Command{.mode = Mode::velocity, .velocity_rad_s = 0.3},
+                                     Command{.mode = Mode::position, .position_rad = 0.5, .velocity_rad_s = 0.3}})
+            EXPECT_NEAR(speed_after(joint, turn, other), 0.0, slow) << joint << to_word(other.mode);
+    EXPECT_GT(speed_after("rmd", turn, turn), 0.2) << "the same is no reason";
 }
 
 } // namespace
