@@ -13,9 +13,12 @@ using robot::Supervisor;
 
 constexpr Duration between_full_looks = std::chrono::milliseconds(500);
 
-robot::Rules rules_for(const Device& device)
+robot::Rules rules_for(const Driven& driven)
 {
-    return device.joint != nullptr ? robot::rules_of(*device.joint, device.file->safety) : robot::rules_of({}, {});
+    const auto& device = driven.device;
+    const auto can = mounting_of(device.joint).to_joint(driven.driver->capabilities());
+    return device.joint != nullptr ? robot::rules_of(*device.joint, device.file->safety, can)
+                                   : robot::rules_of({}, {}, can);
 }
 
 /// Its words have the name of the device; the id beside it says nothing more.
@@ -28,7 +31,7 @@ Supervisor supervisor_for(const Driven& driven, Reached reached)
 {
     const auto& device = driven.device;
     const bool needs_no_steps = driven.driver->capabilities().velocity_limit || reached == Reached::by_a_leap;
-    return {device.name, device.id, rules_for(device), needs_no_steps};
+    return {device.name, device.id, rules_for(driven), needs_no_steps};
 }
 
 } // namespace
@@ -66,15 +69,18 @@ std::expected<void, Error> Supervised::send(const actuator::Command& command)
         if (auto fine = judge({}); !fine)
             return fine;
     const TimePoint now = session_.clock().now();
-    if (const auto admitted = guard_.admit(command, state(), now); !admitted)
+    auto admitted = guard_.admit(command, state(), now);
+    if (!admitted)
         return named(admitted.error());
-    const auto requests = plan(driven_, command);
+    if (!driven_.driver->capabilities().velocity_limit && admitted->mode == actuator::Mode::position)
+        admitted->velocity_rad_s = command.velocity_rad_s; // a leap has no speed that such a device could keep to
+    const auto requests = plan(driven_, *admitted);
     if (!requests)
         return std::unexpected(requests.error());
     has_sent_ = true;
-    running_ = command;
-    if (command.mode == actuator::Mode::position)
-        guard_.sent(*command.position_rad, now);
+    running_ = *admitted;
+    if (admitted->mode == actuator::Mode::position)
+        guard_.sent(*admitted->position_rad, now);
     return carry_out(driven_, *requests);
 }
 

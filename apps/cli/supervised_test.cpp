@@ -4,8 +4,12 @@
 #include "sinew/base/units.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
 #include <functional>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace sinew::cli {
 namespace {
@@ -60,11 +64,12 @@ class SupervisedTest : public testing::Test
 protected:
     SupervisedTest() { words.add("--json", ""); }
 
-    Driven driven(const std::string& joint, Observed::Look look)
+    /// Tests run in the folder of the sources.
+    Driven driven(const std::string& joint, Observed::Look look, const std::string& robot = "robots/demo.toml")
     {
         Words of;
         of.add("TARGET", joint);
-        of.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
+        of.add("--robot", robot);
         of.add("--sim", "");
         auto device = target(of);
         auto out = device ? drive_and_read(session, std::move(*device)) : std::unexpected(device.error());
@@ -129,6 +134,46 @@ TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
     EXPECT_NE(ended.error().detail.find("has not said for 0.5"), std::string::npos) << ended.error().detail;
     EXPECT_GT(end, begin);
     EXPECT_LT(end - begin, 700ms); // silence_max_s, and what a look takes
+}
+
+/// A robot file with one joint, named joint.
+class OneJoint
+{
+public:
+    explicit OneJoint(std::string_view text) { std::ofstream(path_) << "version = 1\n" << text; }
+    ~OneJoint() { std::filesystem::remove(path_); }
+    OneJoint(const OneJoint&) = delete;
+    OneJoint& operator=(const OneJoint&) = delete;
+    const std::string& path() const { return path_; }
+
+private:
+    std::string path_ = (std::filesystem::temp_directory_path() / fmt::format("one-{}.toml", ::getpid())).string();
+};
+
+constexpr std::string_view rmd_joint = "[bus.b]\nfamily = \"rmd\"\n[joint.joint]\nbus = \"b\"\nid = 1\nmodel = \"MG\"\n"
+                                       "profile = \"rmd-2.35\"\n";
+
+TEST_F(SupervisedTest, ACurrentThatIsMoreThanTheGreatestTorqueIsNotSent)
+{
+    const OneJoint file(fmt::format("{}torque_max_nm = 1\n[joint.joint.profile_options]\n"
+                                    "torque_constant_nm_per_a = 2\n",
+                                    rmd_joint));
+    int commands = 0;
+    auto joint = driven("joint", [&](const actuator::Command&) { ++commands; }, file.path());
+    const auto refused = turn_on(words, session, joint, {.mode = actuator::Mode::current, .value = -0.6, .time = 50ms});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().detail, "joint: 0.6 A are 1.2 Nm, more than the 1 Nm allowed");
+    EXPECT_EQ(commands, 0);
+}
+
+TEST_F(SupervisedTest, WhatTheSupervisorMakesOfACommandIsWhatIsSent)
+{
+    std::vector<actuator::Command> told;
+    auto hip = driven("left_hip", [&](const actuator::Command& command) { told.push_back(command); });
+    Supervised supervised(session, hip);
+    ASSERT_TRUE(supervised.send({.mode = actuator::Mode::position, .position_rad = 0.1}));
+    ASSERT_EQ(told.size(), 1U);
+    EXPECT_NEAR(told.front().velocity_rad_s.value_or(0.0), units::rad(360.0), 1e-9) << "its velocity_max_deg_s";
 }
 
 } // namespace

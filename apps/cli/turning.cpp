@@ -3,7 +3,6 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/supervised.hpp"
 #include "sinew/base/units.hpp"
-#include "sinew/family/drivers.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -57,14 +56,6 @@ actuator::Command command_for(const Turning& turning)
                                                             : out.torque_nm;
     value = turning.value;
     return out;
-}
-
-/// Of the joint; nothing where nobody knows it.
-std::optional<double> torque_constant_of(const Device& device)
-{
-    if (!device.spec)
-        return std::nullopt;
-    return mounting_of(device.joint).to_joint(make_driver(*device.spec)->capabilities()).torque_constant_nm_per_a;
 }
 
 /// With torque; without where holding is not possible, for nothing may go on turning.
@@ -152,28 +143,11 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
         return fail(Errc::out_of_range, fmt::format("{} {:g} {} is beyond {} of {} in {}: {:g} {}", what, turning.value,
                                                     unit, key, device.name, device.file->path, *most, unit));
     };
-    // Where the torque constant is known a current is a torque, and either may be too much.
-    const auto constant = torque_constant_of(device);
-    const auto current_max = joint->current_max_a ? joint->current_max_a : device.file->safety.current_max_a;
-    const auto& torque_max = joint->torque_max_nm;
-    if (turning.mode == actuator::Mode::current) {
-        auto fine = beyond("current", current_max, "current_max_a", "A");
-        if (fine && torque_max && constant && std::abs(turning.value) > *torque_max / *constant)
-            return fail(Errc::out_of_range,
-                        fmt::format("current {:g} A is {:g} Nm, beyond torque_max_nm of {} in {}: {:g} Nm",
-                                    turning.value, turning.value * *constant, device.name, device.file->path,
-                                    *torque_max));
-        return fine;
-    }
-    if (turning.mode == actuator::Mode::torque) {
-        auto fine = beyond("torque", torque_max, "torque_max_nm", "Nm");
-        if (fine && current_max && constant && std::abs(turning.value) > *current_max * *constant)
-            return fail(Errc::out_of_range,
-                        fmt::format("torque {:g} Nm takes {:g} A, beyond current_max_a of {} in {}: {:g} A",
-                                    turning.value, turning.value / *constant, device.name, device.file->path,
-                                    *current_max));
-        return fine;
-    }
+    if (turning.mode == actuator::Mode::current)
+        return beyond("current", joint->current_max_a ? joint->current_max_a : device.file->safety.current_max_a,
+                      "current_max_a", "A");
+    if (turning.mode == actuator::Mode::torque)
+        return beyond("torque", joint->torque_max_nm, "torque_max_nm", "Nm");
     if (turning.mode != actuator::Mode::velocity || !joint->velocity_max_rad_s.has_value() ||
         std::abs(turning.value) <= *joint->velocity_max_rad_s)
         return {};

@@ -16,7 +16,8 @@ std::expected<std::optional<Turning>, Error> turning_from(const Words& words);
 /// "elbow will turn at 30 deg/s for 2 s"
 std::string describe(const Device& device, const Turning& turning);
 
-/// `out_of_range` where the robot file does not allow it.
+/// `out_of_range` where a limit of the robot file is less; nothing has been opened. What else counts is known to
+/// `Supervised`.
 std::expected<void, Error> check_limits(const Device& device, const Turning& turning);
 
 /// Drives and shows it until the time is over; then it holds, or is released where it was driven by a current or a

@@ -142,11 +142,11 @@ class Limits(Rig):
     def test_a_current_is_a_torque_where_the_constant_is_known(self):
         robot = RMD.format(2000) + "torque_max_nm = 1\n[joint.joint.profile_options]\ntorque_constant_nm_per_a = 2\n"
         done = self.run_one(robot, "move", "--current", "-0.6A", "--for", "50ms", code=2)
-        self.assertIn("current -0.6 A is -1.2 Nm, beyond torque_max_nm of joint", done.stderr)
+        self.assertIn("joint: 0.6 A are 1.2 Nm, more than the 1 Nm allowed", done.stderr)
         self.run_one(robot, "move", "--current", "0.4A", "--for", "50ms")
         robot = robot.replace("torque_max_nm", "current_max_a")
         done = self.run_one(robot, "move", "--torque", "2.2Nm", "--for", "50ms", code=2)
-        self.assertIn("torque 2.2 Nm takes 1.1 A, beyond current_max_a of joint", done.stderr)
+        self.assertIn("joint: 2.2 Nm take 1.1 A, more than the 1 A allowed", done.stderr)
         self.run_one(robot, "move", "--torque", "0.4Nm", "--for", "50ms")
 
     def test_a_speed_below_the_friction_of_a_servo_is_said_to_have_moved_nothing(self):
