@@ -29,7 +29,7 @@ struct Search {
 std::string was_stopped(const Joint& joint)
 {
     return fmt::format("{} was stopped before it had found its stop{}", joint.name(),
-                       joint.trouble() != nullptr ? ": " + to_sentence(*joint.trouble()) : std::string());
+                       joint.overruled_by() != nullptr ? ": " + to_sentence(*joint.overruled_by()) : std::string());
 }
 
 } // namespace
@@ -65,13 +65,17 @@ void Joint::end_search()
 }
 
 /// They must have heard it when this returns: nobody may drive after a routine that failed. A joint that takes no
-/// command does what it was stopped with.
+/// command does what it was stopped with, and one that was let go stays free.
 std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
 {
     std::vector<Joint*> held;
-    std::ranges::copy_if(all, std::back_inserter(held), [](const Joint* joint) { return joint->closed_ == nullptr; });
+    std::ranges::copy_if(all, std::back_inserter(held), [](const Joint* joint) {
+        return joint->closed_ == nullptr && joint->command_.mode != Mode::release &&
+               joint->command_.mode != Mode::brake;
+    });
     for (Joint* joint : held) {
-        joint->begin(clock->now());
+        if (joint->command_.mode != Mode::hold)
+            joint->come_to_rest(joint->holding(false), clock->now());
         joint->rests_ = 0;
     }
     const auto one_look = [&] {
@@ -168,12 +172,13 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
         return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near &&
                std::abs(joint->guard_.velocity_rad_s()) < arrived_rad;
     };
+    const auto was_ended = [](const Joint* joint) { return joint->command_.mode != Mode::position; };
     bool arrived = false;
     const auto one_look = [&] {
         for (Joint* joint : all)
             joint->renew();
         arrived = std::ranges::all_of(all, is_there);
-        return !arrived;
+        return !arrived && std::ranges::none_of(all, was_ended);
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;
@@ -182,6 +187,8 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
         std::ranges::copy_if(all, std::back_inserter(late), std::not_fn(is_there));
     if (late.empty())
         return {};
+    if (const auto ended = std::ranges::find_if(all, was_ended); ended != all.end())
+        return hold_after(late, (*ended)->overruled_by_.value_or(Error{.code = Errc::timeout}));
     Joint& first = *late.front();
     return hold_after(late, {.code = Errc::timeout,
                              .detail = fmt::format(

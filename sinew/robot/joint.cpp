@@ -197,7 +197,8 @@ void Joint::hold_here(TimePoint at)
 void Joint::overrule(Error why)
 {
     ++overruled_;
-    trouble_ = std::move(why);
+    trouble_ = why;
+    overruled_by_ = std::move(why);
 }
 
 /// What the device was told before is forgotten, or may be.
@@ -215,13 +216,18 @@ void Joint::start_afresh(std::string why, TimePoint at)
     fresh_ = true;
 }
 
+/// `how`: held, braked or let go.
+void Joint::come_to_rest(Mode how, TimePoint at)
+{
+    if (how == Mode::hold)
+        return hold_here(at);
+    take({.mode = how}, at);
+}
+
 /// The command is over: what the policy says.
 void Joint::end(TimePoint at)
 {
-    const Mode mode = stopping(false);
-    if (mode == Mode::hold)
-        return hold_here(at);
-    take({.mode = mode}, at);
+    come_to_rest(stopping(false), at);
 }
 
 /// From the measured position, with torque.

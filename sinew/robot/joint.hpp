@@ -57,8 +57,10 @@ public:
     /// Why the latest of them failed, or the latest command was not carried out; nullptr: nothing ever was wrong.
     const Error* trouble() const { return trouble_ ? &*trouble_ : nullptr; }
     /// How often the robot itself has put another command in the place of the one that was set: at a limit, without
-    /// commands, after a silence, a fault or a reset. `trouble` says why.
+    /// commands, after a silence, a fault or a reset.
     std::uint64_t overruled() const { return overruled_; }
+    /// Why, the last time; nullptr: never.
+    const Error* overruled_by() const { return overruled_by_ ? &*overruled_by_ : nullptr; }
 
     /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 …
     /// 360 deg). A Nuri, and an RMD that may stand in another turn, must be taken `home`.
@@ -77,6 +79,7 @@ private:
     Error named(Error error) const;
     void take(const Command& command, TimePoint at);
     void hold_here(TimePoint at);
+    void come_to_rest(Mode how, TimePoint at);
     void end(TimePoint at);
     void overrule(Error why);
     void start_afresh(std::string why, TimePoint at);
@@ -157,7 +160,7 @@ private:
     TimePoint check_at_{};           ///< the next look for a reset is due
     bool must_set_up_ = false;
     std::uint64_t failures_ = 0, overruled_ = 0;
-    std::optional<Error> trouble_;
+    std::optional<Error> trouble_, overruled_by_;
 };
 
 } // namespace sinew::robot

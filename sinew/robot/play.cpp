@@ -73,7 +73,7 @@ private:
             return;
         if (joint.overruled() != watched.overruled) {
             watched.is_given_up = true;
-            return give_up(*joint.trouble());
+            return give_up(*joint.overruled_by());
         }
         const auto& can = joint.capabilities();
         const bool plans_itself = can.timed && can.timing == actuator::Timing::by_device;

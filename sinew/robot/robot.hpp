@@ -100,7 +100,8 @@ public:
     /// Takes a joint to its position 0, slowly, by `[joint.NAME.home]` of the file: with `routine = "stop"` it first
     /// turns until something stops it, as far as `travel_max_deg` says or its range allows, and takes that for its
     /// reference. An unreferenced joint without such a routine goes to where it counts 0, and an incident says so.
-    /// `timeout` where it finds no stop or does not arrive; then it was told to hold, and was looked at.
+    /// `timeout` where it finds no stop or does not arrive, or what else ended its motion; then whatever still was on
+    /// its way was told to hold, and was looked at.
     std::expected<void, Error> home(std::string_view joint, Duration within = std::chrono::seconds{60});
     /// All joints at once.
     std::expected<void, Error> home(Duration within = std::chrono::seconds{60});

@@ -91,5 +91,58 @@ TEST(Home, OfTwoJointsWithoutAStopNoneTurnsOn)
     EXPECT_NEAR(units::deg(rig.truth_rad("neck")), units::deg(ended), 1.0);
 }
 
+/// Two servos; `safety`: lines of that table.
+std::string servos(std::string_view safety)
+{
+    return fmt::format("version = 1\n[bus.s]\nfamily = \"sam\"\n[safety]\n{}\n"
+                       "[joint.arm]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\nvelocity_max_deg_s = 60\n"
+                       "[joint.arm.sim]\nstart_rad = 1.2\n"
+                       "[joint.wrist]\nbus = \"s\"\nid = 2\nmodel = \"SAM-20\"\nvelocity_max_deg_s = 60\n"
+                       "[joint.wrist.sim]\nstart_rad = 1.2\n",
+                       safety);
+}
+
+TEST(Home, AJointThatDoesNotFollowOnItsWayToZeroEndsTheRoutineAtOnceAndNotAfterItsMinute)
+{
+    Rig rig(file_of(servos("policy = \"hold\"")));
+    rig.enable();
+    rig.inject(sim::FaultKind::stuck_gear, "arm");
+    const TimePoint begun = rig.now();
+    const auto homed = rig.robot->home();
+    EXPECT_NE(said(homed).find("arm: it is at"), std::string::npos) << said(homed);
+    EXPECT_NE(said(homed).find("does not follow"), std::string::npos) << said(homed);
+    EXPECT_LT(rig.now() - begun, 6s) << "to its lead, a second of patience, and two at most to rest";
+    for (const Joint& joint : rig.robot->joints())
+        EXPECT_EQ(joint.command().mode, Mode::hold) << joint.name();
+    const double rests_at = rig.truth_rad("wrist");
+    rig.simulator->clock().wait({}, rig.now() + 2s);
+    EXPECT_NEAR(units::deg(rig.truth_rad("wrist")), units::deg(rests_at), 1.0) << "nobody drives any more";
+}
+
+TEST(Home, AJointThatThePolicyLetGoIsNotSeizedByARoutineThatFails)
+{
+    for (const auto* policy : {"release", "brake"}) {
+        Rig rig(file_of(servos(fmt::format("policy = \"{}\"", policy))));
+        rig.enable();
+        rig.inject(sim::FaultKind::stuck_gear, "arm");
+        EXPECT_NE(said(rig.robot->home()), "");
+        EXPECT_EQ(to_word(rig.robot->find("arm")->command().mode), policy);
+        EXPECT_EQ(rig.robot->find("wrist")->command().mode, Mode::hold) << "it was on its way";
+    }
+}
+
+TEST(Home, AJointThatTheProgramReleasedIsNotSeizedByARoutineThatIsRefused)
+{
+    auto file = file_of(servos(""));
+    file.joints[1].position_min_rad = units::rad(30); // 0 is beyond it
+    Rig rig(file);
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("wrist", {.mode = Mode::release})), "");
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    EXPECT_NE(said(rig.robot->home()), "");
+    EXPECT_EQ(rig.robot->find("wrist")->command().mode, Mode::release);
+    EXPECT_EQ(rig.robot->find("arm")->command().mode, Mode::hold) << "it had been sent to 0";
+}
+
 } // namespace
 } // namespace sinew::robot::test
