@@ -21,7 +21,7 @@ constexpr Check walk_through[] = {
     {{"device-file", "is the port there"}, check_device_file},
     {{"permission", "may this user open it"}, check_permission},
     {{"port", "does it open, and has nobody else got it"}, check_port},
-    {{"adapter", "does it keep back what it hears"}, check_adapter},
+    {{"adapter", "does it keep back what it hears, and what its driver refuses"}, check_adapter},
     {{"traffic", "does somebody talk unasked"}, check_traffic},
     {{"echo", "does the adapter hear itself"}, check_echo},
     {{"bit-rate", "at which bit rate do the devices answer"}, check_bit_rate},
@@ -31,6 +31,7 @@ constexpr Check walk_through[] = {
     {{"scales", "is each device what the robot file says"}, check_scales, true},
     {{"health", "voltage, temperature and latched faults"}, check_health, true},
     {{"round-trips", "how many answers get lost, and how long they take"}, check_round_trips, true},
+    {{"counters", "what a CAN adapter refused, saw and lost meanwhile"}, check_counters},
 };
 
 /// Runs it if it is possible; false where it is not.

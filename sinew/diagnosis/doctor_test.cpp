@@ -1,4 +1,6 @@
 #include "sinew/diagnosis/doctor.hpp"
+#include "sinew/link/slcan.hpp"
+#include "sinew/link/slcan_adapter.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -102,6 +104,30 @@ TEST_F(Port, WithALatencyTimerOf1MsIsFine)
     EXPECT_NE(find(all, "adapter"), nullptr);
 }
 
+TEST_F(Port, WhoseDriverDoesNotSwitchTheDirectionOfRs485IsNoted)
+{
+    EXPECT_NE(find(look("rs485:" + device() + "?baud=9600"), "direction-not-switched"), nullptr);
+    EXPECT_EQ(find(look(), "direction-not-switched"), nullptr) << "nobody asked for it";
+}
+
+TEST_F(Port, SaysTheRateThatWasReallySetBesideTheOneThatWasAskedFor)
+{
+    const auto differs = look("serial:" + device() + "?baud=9700");
+    EXPECT_EQ(find(differs, "port")->evidence, "open at 9600 bps, where 9700 were asked for, and nobody else has it");
+    EXPECT_EQ(find(look(), "port")->evidence, "open at 9600 bps, and nobody else has it");
+}
+
+TEST_F(Port, OfABoxThatIsOutOfReachIsNotLookedForAmongTheDeviceFiles)
+{
+    Error refused{.code = Errc::link_not_found};
+    refused.detail = "192.168.0.7:4001 refuses the connection";
+    const auto all = look("tcp://192.168.0.7:4001", refused);
+    ASSERT_EQ(all.findings.size(), 1U);
+    EXPECT_EQ(all.findings[0].name, "box-unreachable");
+    EXPECT_EQ(all.findings[0].evidence, refused.detail);
+    EXPECT_EQ(all.findings[0].next.find("/dev"), std::string::npos);
+}
+
 TEST_F(Port, ThatIsNotThereIsNamedAndLeavesTheWireAlone)
 {
     const auto all = look("serial:/dev/sinew-is-not-here?baud=9600");
@@ -137,6 +163,73 @@ TEST_F(Port, WithNobodyBehindItSaysSoAndHasAskedAtEveryBitRate)
     const auto* none = find(all, "no-answer");
     ASSERT_NE(none, nullptr);
     EXPECT_NE(none->evidence.find("id 3 (waist)"), std::string::npos);
+}
+
+/// An SLCAN adapter on whose bus nobody is; a dead one says nothing at all.
+class AloneOnItsBus final : public link::ByteLink
+{
+public:
+    explicit AloneOnItsBus(bool dead, std::uint8_t flags) : is_dead_(dead) { adapter_.note(flags); }
+    std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
+    {
+        if (!is_dead_)
+            adapter_.take(bytes, [](const wire::Frame&) { return true; });
+        return bytes.size();
+    }
+    std::expected<link::Arrival, Error> read(std::span<std::uint8_t> into) override
+    {
+        const std::size_t count = std::min(into.size(), adapter_.pending().size());
+        std::copy_n(adapter_.pending().begin(), count, into.begin());
+        adapter_.drop(count);
+        return link::Arrival{.count = count};
+    }
+    int handle() const override { return -1; }
+    link::LinkState state() const override { return {.open = true}; }
+    std::expected<std::uint32_t, Error> set_bit_rate(std::uint32_t rate) override { return rate; }
+
+private:
+    link::SlcanAdapter adapter_;
+    bool is_dead_;
+};
+
+class SlcanPort : public Port
+{
+protected:
+    /// "adapter-silent warning", of those that are not in order, and "counters ok".
+    std::vector<std::string> look_at_adapter(bool dead, std::uint8_t flags = 0)
+    {
+        Hands clock;
+        const Surroundings around{.open = [&](const std::string&) -> std::expected<Opened, Error> {
+            auto opened = link::SlcanLink::open(std::make_unique<AloneOnItsBus>(dead, flags), 1'000'000, clock);
+            if (!opened)
+                return std::unexpected(opened.error());
+            return Opened{std::move(*opened), &clock};
+        }};
+        std::vector<std::string> out;
+        for (const auto& finding :
+             examine({.link = "slcan:" + device(), .family = find_family("rmd")}, around).findings)
+            if (finding.severity != Severity::ok || finding.name == "counters")
+                out.push_back(fmt::format("{} {}", finding.name, to_word(finding.severity)));
+        return out;
+    }
+};
+
+TEST_F(SlcanPort, WithAnAdapterThatAcknowledgesNothingSaysSo)
+{
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(look_at_adapter(true), (Names{"adapter-silent warning", "no-answer error", "counters ok"}));
+    EXPECT_EQ(look_at_adapter(false), (Names{"no-answer error", "counters ok"}));
+}
+
+TEST_F(SlcanPort, TellsTheErrorsThatTheAdapterKept)
+{
+    namespace flag = link::slcan::flag;
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(look_at_adapter(false, flag::bus_error), (Names{"no-answer error", "bus-errors warning"}));
+    EXPECT_EQ(look_at_adapter(false, flag::error_passive), (Names{"no-answer error", "bus-errors error"}));
+    EXPECT_EQ(look_at_adapter(false, flag::overrun | flag::bus_error),
+              (Names{"no-answer error", "bus-errors warning", "frames-lost warning"}));
+    EXPECT_EQ(look_at_adapter(false, flag::arbitration_lost), (Names{"no-answer error", "counters ok"}));
 }
 
 TEST(CanInterface, IsNamedByWhatIsWrongWithIt)

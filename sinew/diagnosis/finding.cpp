@@ -11,6 +11,9 @@ using enum Severity;
 constexpr Kind all[] = {
     {"device-missing", "device-file", error, "There is no such port: the adapter is out, or has another name now.",
      "Plug it in, look at `ls -l /dev/serial/by-id`, and use the name there: it stays the same."},
+    {"box-unreachable", "port", error, "No box from Ethernet to RS-485 takes the connection at this address.",
+     "Is the box powered, on this network (`ping` its address), and is the port that of its serial line in raw mode "
+     "(TCP server)? Boxes take one client as a rule: another program may have it."},
     {"interface-down", "device-file", error, "The CAN interface is there and switched off.",
      "Bring it up with `ip link set`."},
     {"no-permission", "permission", error, "This user may not open the port.",
@@ -24,6 +27,15 @@ constexpr Kind all[] = {
      "Look at the USB plug, the cable and the supply of the adapter; `dmesg | tail` tells more."},
     {"slow-adapter", "adapter", warning, "The adapter keeps what it hears back, so every answer comes late.",
      "Set its latency timer to 1 ms, or use an adapter that has none."},
+    {"direction-not-switched", "adapter", note,
+     "The driver does not switch the direction of RS-485, so the adapter has to do it by itself; nearly all that are "
+     "on "
+     "USB do.",
+     "If nobody answers, use an adapter that switches by itself, or a port whose driver does."},
+    {"adapter-silent", "adapter", warning,
+     "The adapter acknowledges nothing: it is one that never does, or it does not speak SLCAN.",
+     "If no motor answers either: is it the right port, and does the adapter's firmware speak SLCAN? One with "
+     "candleLight firmware is a CAN interface of Linux instead: `ip link show type can`."},
     {"can-errors", "adapter", error,
      "The CAN controller has seen so many errors that it withdraws from the bus, or has done so.",
      "Look whether all have one bit rate, the bus has 120 ohm at both ends, CAN-H and CAN-L are not swapped, and "
@@ -89,6 +101,17 @@ constexpr Kind all[] = {
      "Look at the findings before this one; the line may be bad, or the profile wrong."},
     {"lossy-line", "round-trips", warning, "Answers get lost or arrive wrong.",
      "Look at plugs, ground, termination at both ends and cable length, and keep motor cables away from it."},
+    {"bus-errors", "counters", warning,
+     "While the devices were asked, the adapter refused frames or the controller "
+     "saw errors on the bus.",
+     "Look whether all have one bit rate, the bus has 120 ohm at both ends, CAN-H and CAN-L are not swapped, and "
+     "somebody else is powered at all."},
+    {"frames-lost", "counters", warning,
+     "Frames were lost in the adapter or in the kernel, for nobody fetched them in "
+     "time.",
+     "Free the processor for sinew (`[bus.NAME.realtime]` of a robot file asks for it), or use a faster adapter; an "
+     "SLCAN "
+     "adapter on a real serial line wants a higher baud=."},
 };
 
 } // namespace

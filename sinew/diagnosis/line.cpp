@@ -3,6 +3,7 @@
 #include "sinew/bus/predict.hpp"
 #include "sinew/diagnosis/probes.hpp"
 #include "sinew/link/echo.hpp"
+#include "sinew/link/slcan.hpp"
 
 #include <algorithm>
 
@@ -78,6 +79,24 @@ bool Line::can() const
 link::LinkState Line::state() const
 {
     return std::visit([](const auto& l) { return l->state(); }, shared_->link);
+}
+
+const link::AnyLink& Line::link() const
+{
+    return shared_->link;
+}
+
+std::expected<std::optional<std::uint8_t>, Error> Line::adapter_flags()
+{
+    const auto* can_link = std::get_if<std::unique_ptr<link::CanLink>>(&shared_->link);
+    auto* adapter = can_link != nullptr ? dynamic_cast<link::SlcanLink*>(can_link->get()) : nullptr;
+    if (adapter == nullptr || !adapter->ask_flags())
+        return std::nullopt;
+    const TimePoint until = clock_.now() + link::slcan_answer_limit;
+    while (adapter->flags_are_due() && clock_.now() < until)
+        if (const auto heard = listen(std::chrono::milliseconds{2}); !heard)
+            return std::unexpected(heard.error());
+    return adapter->flags_are_due() ? std::nullopt : std::optional(adapter->flags());
 }
 
 std::expected<bool, Error> Line::set_bit_rate(std::uint32_t rate)

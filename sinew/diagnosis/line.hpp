@@ -41,6 +41,10 @@ public:
     link::LinkState state() const;
     std::uint32_t bit_rate() const { return state().bit_rate; }
     link::Clock& clock() const { return clock_; }
+    const link::AnyLink& link() const; ///< to look at
+
+    /// Asks an SLCAN adapter for its flags, which it forgets by that; nothing where there is none, or no answer.
+    std::expected<std::optional<std::uint8_t>, Error> adapter_flags();
 
     /// A rate that the link cannot have is false, and leaves the old one.
     std::expected<bool, Error> set_bit_rate(std::uint32_t rate);

@@ -1,4 +1,5 @@
 #include "sinew/diagnosis/walk.hpp"
+#include "sinew/link/slcan.hpp"
 
 #include <array>
 #include <filesystem>
@@ -77,6 +78,64 @@ void add_no_permission(Walk& walk, const std::string& device)
                  : std::string{});
 }
 
+/// Why the link does not open.
+void add_refusal(Walk& walk, const Error& error)
+{
+    const auto device = device_of(walk);
+    if (error.code == Errc::link_busy) {
+        const auto who = device ? walk.who_holds(*device) : std::string{};
+        walk.add("port-busy", who.empty() ? to_sentence(error) : fmt::format("{} is held by {}", *device, who),
+                 who.empty() ? std::string{} : fmt::format("Close {}, then try again.", who));
+    } else if (error.code == Errc::link_denied && device) {
+        add_no_permission(walk, *device);
+    } else if (error.code == Errc::link_not_found && walk.uri && walk.uri->scheme == "tcp") {
+        walk.add("box-unreachable", to_sentence(error));
+    } else {
+        walk.add(error.code == Errc::link_not_found && device ? "device-missing" : "link-failed", to_sentence(error));
+    }
+}
+
+/// "open at 1498127 bps, where 1500000 were asked for", as far as it is known.
+std::string rate_of(const Walk& walk)
+{
+    const auto rate = walk.line->bit_rate();
+    if (rate == 0)
+        return "open; it does not tell its bit rate";
+    const auto asked = walk.uri ? walk.uri->number("baud") : std::optional<std::uint32_t>{};
+    const bool differs = !walk.line->can() && asked && *asked && **asked != rate;
+    return fmt::format("open at {} bps{}, and nobody else has it", rate,
+                       differs ? fmt::format(", where {} were asked for", **asked) : "");
+}
+
+const link::SlcanLink* slcan_of(const Walk& walk)
+{
+    const auto* can = walk.line ? std::get_if<std::unique_ptr<link::CanLink>>(&walk.line->link()) : nullptr;
+    return can != nullptr ? dynamic_cast<const link::SlcanLink*>(can->get()) : nullptr;
+}
+
+/// What the adapter kept of errors on its bus.
+void judge_flags(Walk& walk, std::uint8_t flags)
+{
+    namespace flag = link::slcan::flag;
+    const auto evidence = fmt::format("the SLCAN adapter reports {}", link::slcan::to_words(flags));
+    if ((flags & flag::error_passive) != 0)
+        walk.add("bus-errors", evidence).severity = Severity::error;
+    else if ((flags & (flag::bus_error | flag::error_warning)) != 0)
+        walk.add("bus-errors", evidence);
+    if ((flags & (flag::overrun | flag::receive_queue_full)) != 0)
+        walk.add("frames-lost", evidence);
+}
+
+/// "3 frames that nobody acknowledged, 1 times bus-off", of those that happened.
+std::string those_that_mean(link::Tally::Means what, const link::Report& report)
+{
+    std::vector<std::string> out;
+    for (const auto& tally : report.tallies)
+        if (tally.means == what && tally.count != 0)
+            out.push_back(fmt::format("{} {}", tally.count, tally.says));
+    return fmt::format("{}", fmt::join(out, ", "));
+}
+
 } // namespace
 
 void check_device_file(Walk& walk)
@@ -116,19 +175,8 @@ void check_port(Walk& walk)
         return;
     const auto device = device_of(walk);
     auto opened = walk.open();
-    if (!opened) {
-        const Error& error = opened.error();
-        if (error.code == Errc::link_busy) {
-            const auto who = device ? walk.who_holds(*device) : std::string{};
-            walk.add("port-busy", who.empty() ? to_sentence(error) : fmt::format("{} is held by {}", *device, who),
-                     who.empty() ? std::string{} : fmt::format("Close {}, then try again.", who));
-        } else if (error.code == Errc::link_denied && device) {
-            add_no_permission(walk, *device);
-        } else {
-            walk.add(error.code == Errc::link_not_found ? "device-missing" : "link-failed", to_sentence(error));
-        }
-        return;
-    }
+    if (!opened)
+        return add_refusal(walk, opened.error());
     walk.line = std::make_unique<Line>(std::move(opened->link), *opened->clock);
     const bool says_rate = walk.uri && walk.uri->option("baud").has_value();
     if (walk.subject.bit_rate != 0 && !walk.line->can() && !says_rate)
@@ -145,12 +193,10 @@ void check_port(Walk& walk)
             if (holder.pid != ::getpid())
                 others.push_back(
                     fmt::format("{} (pid {})", holder.program.empty() ? "a program" : holder.program, holder.pid));
-    const auto rate = walk.line->bit_rate();
     if (!others.empty())
         walk.add("port-shared", fmt::format("{} has {} open", fmt::join(others, ", "), *device));
     else
-        walk.fine("port", rate != 0 ? fmt::format("open at {} bps, and nobody else has it", rate)
-                                    : "open; it does not tell its bit rate");
+        walk.fine("port", rate_of(walk));
 }
 
 void check_adapter(Walk& walk)
@@ -164,18 +210,41 @@ void check_adapter(Walk& walk)
     const auto adapter = walk.look_at(*device);
     if (!adapter.is_there)
         return;
-    const auto timer = adapter.latency_timer_ms;
+    const auto settings = walk.line ? walk.report().settings : link::settings_of(adapter, {}, false);
     const auto name = std::filesystem::path(adapter.device).filename().string();
-    if (timer && *timer > slow_timer_ms)
-        walk.add("slow-adapter", fmt::format("the latency timer of {} ({}) is {} ms", name, adapter.driver, *timer),
+    if (const auto timer = adapter.latency_timer_ms; timer && *timer > slow_timer_ms)
+        walk.add("slow-adapter", fmt::format("of {}: {}", name, link::to_words(settings)),
                  fmt::format("`echo 1 | sudo tee /sys/bus/usb-serial/devices/{}/latency_timer`; a udev rule makes it "
                              "stay.",
                              name));
-    else if (timer || !adapter.driver.empty())
-        walk.fine("adapter", fmt::format("driver {}, {}", adapter.driver.empty() ? "unknown" : adapter.driver,
-                                         timer ? fmt::format("latency timer {} ms", *timer) : "no latency timer"));
     else
-        walk.fine("adapter", "no latency timer");
+        walk.fine("adapter", settings.empty() ? "no latency timer" : link::to_words(settings));
+    const auto rs485 = std::ranges::find(settings, "rs485", &link::Setting::name);
+    if (rs485 != settings.end() && !std::get<bool>(rs485->value))
+        walk.add("direction-not-switched", rs485->says);
+    if (const auto* slcan = slcan_of(walk); slcan != nullptr && !slcan->has_answered())
+        walk.add("adapter-silent", "neither the rate nor the opening of the CAN bus was acknowledged");
+}
+
+Checked check_counters(Walk& walk)
+{
+    if (!walk.line->can())
+        return {};
+    const auto before = walk.count();
+    const auto flags = walk.line->adapter_flags();
+    if (!flags)
+        return std::unexpected(flags.error());
+    if (*flags && **flags != 0)
+        judge_flags(walk, **flags);
+    const auto report = walk.report();
+    if (const auto lost = those_that_mean(link::Tally::Means::loss, report); !lost.empty() && !walk.has("frames-lost"))
+        walk.add("frames-lost", lost);
+    if (const auto seen = those_that_mean(link::Tally::Means::trouble, report);
+        !seen.empty() && !walk.has("bus-errors"))
+        walk.add("bus-errors", seen);
+    if (!report.tallies.empty() && walk.count() == before)
+        walk.fine("counters", "no error on the bus, no frame lost");
+    return {};
 }
 
 } // namespace sinew::diagnosis

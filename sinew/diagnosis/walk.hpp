@@ -2,6 +2,7 @@
 #include "sinew/diagnosis/doctor.hpp"
 #include "sinew/diagnosis/line.hpp"
 #include "sinew/diagnosis/scanner.hpp"
+#include "sinew/link/report.hpp"
 #include "sinew/link/uri.hpp"
 
 #include <optional>
@@ -57,6 +58,8 @@ public:
             return std::nullopt;
         return around_.can_interface(uri->target);
     }
+    /// Of the open line, which there must be.
+    link::Report report() const { return uri ? link::report_of(*uri, line->link(), around_.roots) : link::Report{}; }
     std::string who_holds(const std::string& device) const { return link::who_holds(device, around_.roots); }
     std::expected<Opened, Error> open() const { return around_.open(subject.link); }
     std::size_t count() const { return into_.findings.size(); }
@@ -131,5 +134,8 @@ Checked check_response_level(Walk& walk);
 Checked check_scales(Walk& walk);
 Checked check_health(Walk& walk);
 Checked check_round_trips(Walk& walk);
+
+// Of the adapter, after all that: port.cpp
+Checked check_counters(Walk& walk);
 
 } // namespace sinew::diagnosis

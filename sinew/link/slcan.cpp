@@ -130,6 +130,7 @@ std::optional<wire::Frame> SlcanLink::take(std::uint8_t byte)
     case slcan::Reader::End::none:
         return std::nullopt;
     case slcan::Reader::End::refused:
+        has_answered_ = true;
         take_refusal();
         return std::nullopt;
     case slcan::Reader::End::overlong:
@@ -146,10 +147,11 @@ std::optional<wire::Frame> SlcanLink::take_line(std::string_view text)
     if (const auto flags = slcan::decode_flags(text)) {
         flags_ = *flags;
         asked_flags_ = false;
-        knows_flags_ = true;
+        has_answered_ = knows_flags_ = true;
         counters_.overruns += (flags_ & (slcan::flag::overrun | slcan::flag::receive_queue_full)) != 0 ? 1 : 0;
     }
     const slcan::Line line = slcan::decode(text);
+    has_answered_ |= line.kind == slcan::Kind::frame || text.empty() || text == "z" || text == "Z";
     switch (line.kind) {
     case slcan::Kind::frame:
         return line.frame;

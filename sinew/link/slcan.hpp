@@ -5,6 +5,9 @@
 
 namespace sinew::link {
 
+/// An adapter that answers a command does so within a USB frame or two; one that is silent costs this much at each.
+inline constexpr Duration slcan_answer_limit = std::chrono::milliseconds{100};
+
 /// A CAN bus behind a serial adapter that speaks SLCAN (LAWICEL CANUSB, CANable and the like).
 ///
 /// What an adapter refuses (BEL) cannot be told apart by frame, for nothing in the protocol numbers them: the next
@@ -51,11 +54,16 @@ public:
     bool ask_flags();
     /// The latest answer (`slcan::flag`).
     std::uint8_t flags() const { return flags_; }
+    bool flags_are_due() const { return asked_flags_; }
+    /// Whether the adapter has said anything at all of what the protocol has, at the opening or since. One that has not
+    /// may be an adapter that never acknowledges, or none.
+    bool has_answered() const { return has_answered_; }
 
 private:
     friend class SlcanReopening;
-    SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate, const slcan::Reader& reader = {})
-        : adapter_(std::move(adapter)), bit_rate_(bit_rate), reader_(reader)
+    SlcanLink(std::unique_ptr<ByteLink> adapter, std::uint32_t bit_rate, bool has_answered,
+              const slcan::Reader& reader = {})
+        : adapter_(std::move(adapter)), bit_rate_(bit_rate), has_answered_(has_answered), reader_(reader)
     {
     }
     std::expected<void, Error> send();
@@ -67,6 +75,7 @@ private:
 
     std::unique_ptr<ByteLink> adapter_;
     std::uint32_t bit_rate_;
+    bool has_answered_;
     Counters counters_;
     std::uint64_t reported_ = 0; ///< of the refusals
     std::uint8_t flags_ = 0;

@@ -11,8 +11,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// An adapter that answers does so within a USB frame or two; one that is silent costs this much at each command.
-constexpr Duration answer_limit = milliseconds{100};
 /// A line is over when nothing came for this long.
 constexpr Duration silence = milliseconds{20};
 
@@ -35,7 +33,7 @@ public:
         // The first CR ends what another program may have left half written.
         if (const auto sent = send("\rC\r"); !sent)
             return sent;
-        const TimePoint deadline = clock_.now() + answer_limit;
+        const TimePoint deadline = clock_.now() + slcan_answer_limit;
         for (;;) {
             const auto count = hear(std::min(clock_.now() + silence, deadline));
             if (!count)
@@ -45,13 +43,13 @@ public:
         }
     }
 
-    /// Sends and waits for the acknowledgement.
+    /// Sends and waits for the acknowledgement; `has_answered()` tells whether one came.
     std::expected<void, Error> command(std::string_view text, std::string_view refusal)
     {
         if (const auto sent = send(text); !sent)
             return sent;
         slcan::Reader reader;
-        const TimePoint deadline = clock_.now() + answer_limit;
+        const TimePoint deadline = clock_.now() + slcan_answer_limit;
         for (;;) {
             const auto count = hear(deadline);
             if (!count)
@@ -62,16 +60,20 @@ public:
                 const auto end = reader.take(byte);
                 if (end == slcan::Reader::End::refused)
                     return fail(Errc::link_failed, std::string{refusal});
-                if (end == slcan::Reader::End::line && reader.text().empty())
+                if (end == slcan::Reader::End::line && reader.text().empty()) {
+                    has_answered_ = true;
                     return {};
+                }
             }
         }
     }
 
+    bool has_answered() const { return has_answered_; }
+
 private:
     std::expected<void, Error> send(std::string_view text)
     {
-        const TimePoint deadline = clock_.now() + answer_limit;
+        const TimePoint deadline = clock_.now() + slcan_answer_limit;
         auto rest = bytes(text);
         for (;;) {
             const auto count = adapter_.write(rest);
@@ -103,6 +105,7 @@ private:
 
     ByteLink& adapter_;
     Clock& clock_;
+    bool has_answered_ = false;
     std::array<std::uint8_t, 256> heard_{};
 };
 
@@ -137,7 +140,7 @@ std::expected<std::unique_ptr<CanLink>, Error> SlcanLink::open(std::unique_ptr<B
             opening.command("O\r", "the SLCAN adapter refuses to open its CAN bus; unplug it and plug it in again");
         !opened)
         return std::unexpected(opened.error());
-    return std::unique_ptr<CanLink>(new SlcanLink(std::move(adapter), bit_rate));
+    return std::unique_ptr<CanLink>(new SlcanLink(std::move(adapter), bit_rate, opening.has_answered()));
 }
 
 // ---- opening again ----
@@ -149,7 +152,7 @@ std::expected<std::unique_ptr<CanLink>, Error> SlcanReopening::step()
         done = send();
     if (done)
         done = hear();
-    const bool is_over = answers_.size() >= commands || clock_->now() >= begun_ + answer_limit;
+    const bool is_over = answers_.size() >= commands || clock_->now() >= begun_ + slcan_answer_limit;
     if (done && is_over && !unsent_.empty())
         done = slcan_takes_no_bytes();
     if (done && is_over && is_refused())
@@ -157,7 +160,7 @@ std::expected<std::unique_ptr<CanLink>, Error> SlcanReopening::step()
                                                    "unplug it and plug it in again",
                                                    bit_rate_));
     if (done && is_over)
-        return std::unique_ptr<CanLink>(new SlcanLink(std::move(adapter_), bit_rate_, reader_));
+        return std::unique_ptr<CanLink>(new SlcanLink(std::move(adapter_), bit_rate_, !answers_.empty(), reader_));
     if (done)
         return fail(Errc::link_not_found, "the SLCAN adapter is there and opens its CAN bus");
     adapter_.reset();

@@ -341,6 +341,31 @@ TEST(Doctor, NamesAScaleThatIsNotThatOfItsLine)
     EXPECT_ONLY(Ward(rmds + "[joint.two.profile_options]\nmax_speed_lsb_dps = 1\n").examine("left"), "wrong-scale");
 }
 
+TEST(Doctor, NamesAGearOfANuriThatTheRobotFileDoesNotKnow)
+{
+    const std::string geared = nuris + "[joint.two.profile_options]\nexternal_gear_ratio = 2.5\n";
+    for (const auto& [world, file] : {std::pair{geared, nuris}, {nuris, geared}}) {
+        const auto all = Ward(world, file).examine("left");
+        EXPECT_ONLY(all, "wrong-scale");
+        const auto* wrong = find(all, "wrong-scale", "two");
+        ASSERT_TRUE(wrong);
+        EXPECT_EQ(wrong->next, fmt::format("Write external_gear_ratio = {} under profile_options of the joint.",
+                                           world == geared ? "2.5" : "1"));
+    }
+    EXPECT_ONLY(Ward(geared).examine("left"));
+}
+
+TEST(Doctor, NamesANuriThatAnswersLaterThanTheRobotFileSays)
+{
+    const std::string late = nuris + "[joint.three.profile_options]\nresponse_time_us = 5000\n";
+    const auto all = Ward(late, nuris).examine("left");
+    EXPECT_ONLY(all, "response-time-differs");
+    const auto* differs = find(all, "response-time-differs", "three");
+    ASSERT_TRUE(differs);
+    EXPECT_EQ(differs->next, "Write response_time_us = 5000 under profile_options of the joint.");
+    EXPECT_ONLY(Ward(nuris, late).examine("left"));
+}
+
 TEST(Doctor, NotesAScaleThatNobodyConfirmed)
 {
     EXPECT_ONLY(Ward(with(rmds, "profile = \"rmd-2.35\"\n", "")).examine("left"), "unconfirmed-scale");
