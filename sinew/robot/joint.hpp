@@ -101,7 +101,8 @@ private:
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
-    /// For so long that it may have lost what it was told.
+    /// Whether it may have lost what it was told in that time.
+    bool is_doubtful(Duration silence) const;
     bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
     /// Since when it gives no answer, if this is the first failure in a row.
@@ -150,6 +151,7 @@ private:
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
     int rests_ = 0;                          ///< looks in a row at which it stood still, while it is stopped
+    Duration interval_{};                    ///< at which it is looked at
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {
         TimePoint since{};

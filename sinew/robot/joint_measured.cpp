@@ -8,7 +8,8 @@
 namespace sinew::robot {
 namespace {
 
-constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
+constexpr Duration least_doubtful = std::chrono::milliseconds{100};
+constexpr int lost_without_doubt = 2; ///< looks at a slow joint: one is missing, and the next comes late
 /// What a shaft may jump by at most for the time between two answers, beside what it turns.
 constexpr double doubtful_way_rad = units::rad(2.0);
 constexpr Duration longest_memory = std::chrono::milliseconds{20};
@@ -41,9 +42,14 @@ bool Joint::is_plausible(const actuator::Measured<double>& before)
     return true;
 }
 
+bool Joint::is_doubtful(Duration silence) const
+{
+    return silence > std::max<Duration>(least_doubtful, lost_without_doubt * interval_);
+}
+
 bool Joint::is_silent() const
 {
-    return missing_since_ && now() - *missing_since_ > doubtful_silence;
+    return missing_since_ && is_doubtful(now() - *missing_since_);
 }
 
 void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at)
@@ -57,7 +63,7 @@ void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoi
             return; // and it counts as no answer
     }
     answered_at_ = std::max(answered_at_, at);
-    if (missing_since_ && at - *missing_since_ > doubtful_silence)
+    if (missing_since_ && is_doubtful(at - *missing_since_))
         silence_ = {.since = *missing_since_, .lasted = at - *missing_since_};
     missing_since_.reset();
 }

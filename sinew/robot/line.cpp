@@ -83,8 +83,13 @@ Finding Line::judge(TimePoint now)
 Finding Line::plan_cycle(TimePoint now)
 {
     clear();
+    const Duration before = interval_;
     interval_ = begun_at_ == TimePoint{} ? Duration{} : now - begun_at_;
     begun_at_ = now;
+    // The lesser of two: a loop that stood still for once is no slow one. Nor is one that waits for missing answers.
+    for (Joint* joint : joints_)
+        if (!joint->missing_since_)
+            joint->interval_ = before > Duration{} ? std::min(before, interval_) : interval_;
     if (auto finding = judge(now); finding.measure != Measure::none)
         return finding;
     prepare_stop();

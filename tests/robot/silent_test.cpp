@@ -56,9 +56,9 @@ torque_constant_nm_per_a = 1.0
 )";
 
 /// It hears, and is not heard.
-void hush(Rig& rig, std::string_view joint, double for_s = 0.0)
+void hush(Rig& rig, std::string_view joint)
 {
-    sim::Fault late{.kind = sim::FaultKind::delay_replies, .joint = std::string(joint), .for_s = for_s};
+    sim::Fault late{.kind = sim::FaultKind::delay_replies, .joint = std::string(joint)};
     late.probability = 1.0;
     late.delay_s = 100.0;
     rig.simulator->world().inject(late);
@@ -123,6 +123,42 @@ TEST(Silent, AJointThatTurnsAndWhoseAnswersAreMissingIsStoppedBeforeItDoesAnythi
                                      Command{.mode = Mode::position, .position_rad = 0.5, .velocity_rad_s = 0.3}})
             EXPECT_NEAR(speed_after(joint, turn, other), 0.0, slow) << joint << to_word(other.mode);
     EXPECT_GT(speed_after("rmd", turn, turn), 0.2) << "the same is no reason";
+}
+
+/// How often a SAM that holds is thought to have started afresh, which is looked at every `period` and gives no answer
+/// to so many looks; the loop stands still for `pause` after them.
+std::size_t restarts(Duration period, int looks, Duration pause = {})
+{
+    bus::Settings once;
+    once.read_retries = 0;
+    Rig rig(file_of(three), once);
+    rig.enable();
+    EXPECT_EQ(said(rig.run(1s, period)), "");
+    sim::Fault lost{.kind = sim::FaultKind::drop_bytes, .bus = "s"};
+    rig.simulator->world().inject(lost);
+    rig.simulator->clock().wait({}, rig.now() + 1ms); // it begins with a step of the world
+    const auto failures = rig.robot->find("sam")->failures();
+    EXPECT_EQ(said(rig.run(looks * period, period)), "");
+    EXPECT_GE(rig.robot->find("sam")->failures(), failures + looks);
+    rig.simulator->world().mend("s");
+    rig.simulator->clock().wait({}, rig.now() + pause);
+    EXPECT_EQ(said(rig.run(2s, period)), "");
+    return rig.robot->incidents().size();
+}
+
+TEST(Silent, OneLostAnswerOfASlowBusIsNoRestart)
+{
+    EXPECT_EQ(restarts(200ms, 1), 0U);
+    EXPECT_EQ(restarts(1s, 1), 0U);
+    EXPECT_EQ(restarts(200ms, 3), 1U) << "three of them are";
+    EXPECT_EQ(restarts(60ms, 1), 0U);
+    EXPECT_EQ(restarts(60ms, 3), 1U);
+}
+
+TEST(Silent, ALoopThatStoodStillAfterALostAnswerTakesThatForASilence)
+{
+    EXPECT_EQ(restarts(60ms, 1, 3s), 1U);
+    EXPECT_EQ(restarts(200ms, 1, 3s), 1U);
 }
 
 } // namespace
