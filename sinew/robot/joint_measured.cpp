@@ -1,5 +1,6 @@
 #include "sinew/base/units.hpp"
 #include "sinew/robot/joint.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +9,12 @@
 namespace sinew::robot {
 namespace {
 
-constexpr Duration least_doubtful = std::chrono::milliseconds{100};
-constexpr int lost_without_doubt = 2; ///< looks at a slow joint: one is missing, and the next comes late
 /// What a shaft may jump by at most for the time between two answers, beside what it turns.
 constexpr double doubtful_way_rad = units::rad(2.0);
 constexpr Duration longest_memory = std::chrono::milliseconds{20};
 constexpr int answers_to_believe = 3;
+/// Looks at a joint of a slow bus: one is missing, and the next comes late.
+constexpr int lost_without_doubt = 2;
 
 } // namespace
 
@@ -44,7 +45,7 @@ bool Joint::is_plausible(const actuator::Measured<double>& before)
 
 bool Joint::is_doubtful(Duration silence) const
 {
-    return silence > std::max<Duration>(least_doubtful, lost_without_doubt * interval_);
+    return silence > std::max(doubtful_silence, lost_without_doubt * interval_);
 }
 
 bool Joint::is_silent() const

@@ -9,6 +9,9 @@ namespace sinew::robot {
 /// delivery).
 inline constexpr double giving_way_rad = units::rad(5.0);
 
+/// A device that gave no answer for so long may have lost its supply meanwhile, which nothing that it says could show.
+inline constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
+
 /// What a robot file holds a joint to: its own limits, else those of `[safety]`. `can`: what the joint
 /// can, where that is known.
 Rules rules_of(const config::Joint& joint, const config::Safety& safety, const actuator::Capabilities& can = {});
