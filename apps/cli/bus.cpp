@@ -1,5 +1,6 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/link_report.hpp"
 #include "apps/cli/measure.hpp"
 #include "apps/cli/names.hpp"
 #include "apps/cli/present.hpp"
@@ -49,7 +50,7 @@ double per_s(std::uint64_t count, Duration time)
 }
 
 Json to_json(const BusTarget& target, const bus::Line& line, std::span<const Step> steps, const Allowed& wire,
-             const Measured& measured)
+             const Measured& measured, const link::Report& adapter)
 {
     const auto& trips = measured.round_trips;
     const double exchanges = per_s(measured.exchanges, measured.time);
@@ -81,15 +82,19 @@ Json to_json(const BusTarget& target, const bus::Line& line, std::span<const Ste
                                     {"late", static_cast<std::int64_t>(measured.counters.late)},
                                     {"strays", static_cast<std::int64_t>(measured.counters.strays)},
                                     {"quarantines", static_cast<std::int64_t>(measured.counters.quarantines)}})},
-         {"share_of_predicted", wire.per_s(wire.seen) > 0.0 ? Json(exchanges / wire.per_s(wire.seen)) : Json()}});
+         {"share_of_predicted", wire.per_s(wire.seen) > 0.0 ? Json(exchanges / wire.per_s(wire.seen)) : Json()},
+         {"adapter", report_json(adapter)}});
 }
 
-void print_text(const BusTarget& target, const bus::Line& line, const Allowed& wire, const Measured& measured)
+void print_text(const BusTarget& target, const bus::Line& line, const Allowed& wire, const Measured& measured,
+                const link::Report& adapter)
 {
     const bool known = line.bit_rate != 0;
     fmt::print("{}  {}, {}, {} {} a cycle, {:.3g} s\n", bold(target.name), target.family->name,
                known ? fmt::format("{} bps", line.bit_rate) : "bit rate not known", wire.exchanges,
                wire.exchanges == 1 ? "exchange" : "exchanges", seconds(measured.time));
+    if (const auto words = link::to_words(adapter.settings); !words.empty())
+        fmt::print("  {}\n", wrap(words, 2, columns()));
     Table table({"FIGURE", "PREDICTED", "MEASURED"});
     const auto row = [&](std::string_view figure, const std::string& predicted, const std::string& found) {
         table.add({std::string(figure), known ? predicted : "", found});
@@ -113,6 +118,9 @@ void print_text(const BusTarget& target, const bus::Line& line, const Allowed& w
     row("retries", "0", std::to_string(measured.counters.retries));
     row("late answers", "0", std::to_string(measured.counters.late));
     row(line.can ? "stray frames" : "stray bytes", "0", std::to_string(measured.counters.strays));
+    for (const auto& tally : adapter.tallies)
+        if (tally.means != link::Tally::Means::nothing || tally.count != 0)
+            row(tally.says, "0", std::to_string(tally.count));
     fmt::print("{}", table.text(2));
     if (!known)
         fmt::print(stderr, "The bit rate behind this link is not known; baud=RATE in the link lets it be predicted.\n");
@@ -198,10 +206,11 @@ Outcome run(const Words& words)
         return std::unexpected(measured.error());
     const bus::Line line{.can = target->family->can, .bit_rate = bus->link_state().bit_rate};
     const auto wire = allowed(line, *steps, measured->frames);
+    const auto adapter = report_of(*bus, target->link);
     if (words.json())
-        print(to_json(*target, line, *steps, wire, *measured));
+        print(to_json(*target, line, *steps, wire, *measured, adapter));
     else
-        print_text(*target, line, wire, *measured);
+        print_text(*target, line, wire, *measured, adapter);
     if (interrupted())
         return exit_interrupted;
     return measured->exchanges == 0 ? exit_no_answer : exit_done;
@@ -230,8 +239,11 @@ Verb bus_verb()
                          {"sinew bus sim:robots/demo.toml#legs --measure 1s", "a simulated one, in virtual time"},
                          {"sinew bus slcan:/dev/ttyACM0 --family rmd --id 1 --id 2 --measure 5s", "devices by id"}},
             .run = run,
-            .more = "Nothing but reads is sent. The prediction knows the bits and the response times; what is missing "
-                    "to it is the host's own time and that of its adapter."};
+            .more =
+                "Nothing but reads is sent. The prediction knows the bits and the response times; what is missing "
+                "to it is the host's own time and that of its adapter. Below stands what the link tells of itself: "
+                "what its "
+                "driver gave or refused, and what a CAN adapter or controller refused and lost since it was opened."};
 }
 
 } // namespace sinew::cli

@@ -2,6 +2,7 @@
 
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/json.hpp"
+#include "apps/cli/link_report.hpp"
 #include "apps/cli/recorded_robot.hpp"
 #include "apps/cli/session.hpp"
 #include "apps/cli/terminal.hpp"
@@ -119,7 +120,8 @@ Json to_json(const Subject& subject, const Examination& examination)
     return Json::object({{"bus", subject.bus.empty() ? Json() : Json(subject.bus)},
                          {"link", subject.link},
                          {"findings", findings},
-                         {"left_out", left_out}});
+                         {"left_out", left_out},
+                         {"adapter", report_json(examination.adapter)}});
 }
 
 void print_verdict(std::span<const Finding> all)

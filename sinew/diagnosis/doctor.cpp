@@ -70,6 +70,8 @@ Examination examine(const Subject& subject, const Surroundings& surroundings)
             out.left_out.push_back(check.info.name);
         walk.finish();
     }
+    if (walk.line)
+        out.adapter = walk.report();
     return out;
 }
 

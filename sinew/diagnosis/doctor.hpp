@@ -5,6 +5,7 @@
 #include "sinew/link/can_interface.hpp"
 #include "sinew/link/clock.hpp"
 #include "sinew/link/link.hpp"
+#include "sinew/link/report.hpp"
 
 #include <functional>
 #include <string>
@@ -61,6 +62,7 @@ std::vector<CheckInfo> checks();
 struct Examination {
     std::vector<Finding> findings;          ///< in the order of the walk
     std::vector<std::string_view> left_out; ///< checks that were not possible
+    link::Report adapter;                   ///< what the link tells of itself at the end; empty where it is not open
 };
 
 /// A few seconds of a healthy bus; a minute or so where nobody answers and all bit rates are tried.

@@ -2,7 +2,6 @@
 #include "sinew/diagnosis/doctor.hpp"
 #include "sinew/diagnosis/line.hpp"
 #include "sinew/diagnosis/scanner.hpp"
-#include "sinew/link/report.hpp"
 #include "sinew/link/uri.hpp"
 
 #include <optional>

@@ -8,6 +8,8 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
+import tty
 import unittest
 
 from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, Terminal, as_json, environment, sinew
@@ -113,6 +115,58 @@ class Robot(unittest.TestCase):
             self.assertIn("All is well.", text)
             for line in text.splitlines():
                 self.assertTrue(len(line) <= columns or " " not in line.strip(), line)
+
+
+class RefusingAdapter:
+    """An SLCAN adapter that opens its bus, takes no frame for it, and tells what it kept."""
+    def __init__(self):
+        self.master, self.slave = pty.openpty()
+        tty.setraw(self.slave)
+        self.link = f"slcan:{os.ttyname(self.slave)}"
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def serve(self):
+        line = b""
+        try:
+            while True:
+                for byte in os.read(self.master, 256):
+                    if byte != 13:
+                        line += bytes([byte])
+                        continue
+                    os.write(self.master, b"\a" if line[:1] == b"t" else b"F88\r" if line == b"F" else b"\r")
+                    line = b""
+        except OSError:
+            pass  # closed
+
+    def close(self):
+        os.close(self.slave)
+        os.close(self.master)
+
+
+class CanAdapter(unittest.TestCase):
+    def setUp(self):
+        adapter = RefusingAdapter()
+        self.addCleanup(adapter.close)
+        self.words = [adapter.link, "--family", "rmd"]
+
+    def test_what_it_refused_and_lost_stands_in_doctor(self):
+        report = as_json("doctor", *self.words, code=12)
+        self.assertLessEqual({"bus-errors", "frames-lost", "no-answer"}, set(names(report)))
+        adapter = report["links"][0]["adapter"]
+        self.assertEqual(adapter["settings"], {"answers": True, "flags": "bus error, overrun"})
+        self.assertGreater(adapter["counters"]["refused"], 0)
+
+    def test_what_it_refused_and_lost_stands_in_bus(self):
+        measuring = ["bus", *self.words, "--id", "1", "--profile", "rmd-2.35", "--measure", "50ms"]
+        adapter = as_json(*measuring, code=7)["adapter"]
+        self.assertEqual(adapter["settings"], {"answers": True, "flags": "bus error, overrun"})
+        self.assertGreater(adapter["counters"]["refused"], 0)
+        self.assertGreater(adapter["counters"]["overruns"], 0)
+        text = sinew(*measuring, code=7).stdout
+        self.assertIn("the SLCAN adapter answers, it reports bus error, overrun", text)
+        self.assertRegex(text, r"refused by the adapter +0 +[1-9]")
+        self.assertRegex(text, r"overruns of the adapter +0 +[1-9]")
 
 
 class Pages(unittest.TestCase):
