@@ -84,21 +84,17 @@ std::size_t rates_of(std::span<const Pass> passes)
 
 void announce(std::span<const Pass> passes, bool all)
 {
-    const auto first =
-        std::ranges::find_if(passes, [&](const Pass& p) { return p.bit_rate != passes.front().bit_rate; });
-    if (first == passes.end() || all) {
-        const auto rates = rates_of(passes);
+    const auto likely = diagnosis::likely_places(passes);
+    const auto rates = rates_of(passes);
+    if (likely.size() == passes.size() || rates == 1 || all)
         fmt::print(stderr, "Looking at {}: up to {}.\n",
                    rates == 1 ? rate_text(passes.front().bit_rate) : fmt::format("{} bit rates", rates),
                    time_text(expected_time(passes)));
-    } else {
-        const auto likely = passes.first(static_cast<std::size_t>(
-            std::ranges::find_if(passes, [](const Pass& p) { return !p.likely; }) - passes.begin()));
+    else
         fmt::print(stderr,
                    "Looking at the likely places first: up to {}; if nobody answers, at {} bit rates, up to {} in "
                    "all.\n",
-                   time_text(expected_time(likely)), rates_of(passes), time_text(expected_time(passes)));
-    }
+                   time_text(expected_time(likely)), rates, time_text(expected_time(passes)));
     std::fflush(stderr);
 }
 

@@ -136,6 +136,15 @@ std::vector<Pass> passes(const ScanPlan& plan, bool can, std::uint32_t link_bit_
     return order.out;
 }
 
+std::span<const Pass> likely_places(std::span<const Pass> passes)
+{
+    const auto other = std::ranges::find_if_not(passes, [&](const Pass& pass) {
+        return pass.likely &&
+               (pass.bit_rate == passes.front().bit_rate || pass.bit_rate == pass.family->default_bit_rate);
+    });
+    return passes.first(static_cast<std::size_t>(other - passes.begin()));
+}
+
 Duration expected_time(const Pass& pass)
 {
     const auto& family = *pass.family;

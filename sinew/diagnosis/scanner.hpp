@@ -41,6 +41,9 @@ struct Found {
 /// frame at a wrong rate disturbs everybody on the bus.
 std::vector<Pass> passes(const ScanPlan& plan, bool can, std::uint32_t link_bit_rate);
 
+/// Those at the beginning where devices are as a rule: low ids, at the rate of the link and at those of delivery.
+std::span<const Pass> likely_places(std::span<const Pass> passes);
+
 /// How long a pass takes if nobody answers, and several of them. Of serial lines the wire alone decides: for each id
 /// the bits of a question, the longest time that a device may take before it answers, and what an adapter adds. On CAN
 /// twice the time of all questions, for on a bus with other traffic the silent ids are asked once more.

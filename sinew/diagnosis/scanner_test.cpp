@@ -246,15 +246,30 @@ TEST(ExpectedTime, OfEveryBitRateAndIdOfNuriIsAboutSevenMinutes)
 TEST(ExpectedTime, OfTheLikelyPlacesIsLessThanThreeSeconds)
 {
     for (const std::uint32_t rate : {9600, 115'200, 1'500'000}) {
-        Duration sum{};
-        for (const auto& pass : passes({}, false, rate)) {
-            if (!pass.likely)
-                break;
-            sum += expected_time(pass);
-        }
+        const auto all = passes({}, false, rate);
+        const Duration sum = expected_time(likely_places(all));
         std::printf("likely places from %u: %.2f s\n", rate, seconds(sum));
         EXPECT_LT(seconds(sum), 3.0) << rate;
     }
+}
+
+TEST(LikelyPlaces, AreNotAllPlacesWhereOnlyLowIdsAreLookedAt)
+{
+    const auto all = passes({.ids = wire::Range{1, 3}}, false, 9600);
+    const auto likely = likely_places(all);
+    ASSERT_EQ(likely.size(), 3U) << "SAM and Nuri as delivered, and the rate of the link";
+    std::vector<std::string> at;
+    for (const auto& pass : likely)
+        at.push_back(fmt::format("{} {}", pass.family->name, pass.bit_rate));
+    EXPECT_EQ(at, (std::vector<std::string>{"sam 9600", "nuri 9600", "sam 1500000"}));
+    EXPECT_LT(seconds(expected_time(likely)), 1.0);
+    EXPECT_GT(seconds(expected_time(all)), 5.0);
+}
+
+TEST(LikelyPlaces, AreAllWhereOneRateIsLookedAt)
+{
+    const auto all = passes({.bit_rate = 9600, .ids = wire::Range{1, 3}}, false, 9600);
+    EXPECT_EQ(likely_places(all).size(), all.size());
 }
 
 TEST(Passes, KeepToWhatWasAskedFor)

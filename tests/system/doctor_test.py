@@ -169,6 +169,21 @@ class CanAdapter(unittest.TestCase):
         self.assertRegex(text, r"overruns of the adapter +0 +[1-9]")
 
 
+class Scan(unittest.TestCase):
+    def announced(self, *words):
+        """The seconds of the likely places, and those of all."""
+        said = sinew("scan", f"sim:{DEMO}#waist", *words).stderr.splitlines()[0]
+        return [int(s) for s in re.findall(r"up to (\d+) s", said)]
+
+    def test_of_a_few_ids_says_how_long_the_likely_places_take(self):
+        likely, all_of_them = self.announced("--ids", "1-3")
+        self.assertLess(likely, 3)
+        self.assertGreater(all_of_them, 5)
+
+    def test_at_one_rate_has_one_time(self):
+        self.assertEqual(len(self.announced("--ids", "1-3", "--baud", "115200")), 1)
+
+
 class Pages(unittest.TestCase):
     def test_every_finding_has_a_page(self):
         source = (pathlib.Path(SOURCE) / "sinew/diagnosis/finding.cpp").read_text(encoding="utf-8")
