@@ -1,5 +1,6 @@
 #include "apps/cli/home_stop.hpp"
 
+#include "apps/cli/supervised.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/mounting.hpp"
 #include "sinew/robot/stop_search.hpp"
@@ -29,27 +30,31 @@ actuator::Measured<double> place(const Driven& driven)
               : actuator::Measured<double>{};
 }
 
+std::expected<std::optional<int>, Error> ended_by(const Outcome& outcome)
+{
+    return outcome ? std::expected<std::optional<int>, Error>(*outcome) : std::unexpected(outcome.error());
+}
+
 } // namespace
 
 std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& session, Driven& driven)
 {
     using Seen = robot::StopSearch::Seen;
     const auto& joint = *driven.device.joint;
-    const auto requests = plan(driven, {.mode = actuator::Mode::velocity,
-                                        .velocity_rad_s = joint.home.direction * robot::home_velocity_rad_s(joint)});
-    if (!requests)
-        return std::unexpected(requests.error());
     const auto from = known_position_of(driven);
     if (!from)
         return std::unexpected(from.error());
     const TimePoint begin = session.clock().now();
     robot::StopSearch search(joint, *from, begin);
-    auto done = carry_out(driven, *requests);
+    Supervised supervised(session, driven);
+    auto done = supervised.search(joint.home.direction * robot::home_velocity_rad_s(joint));
+    if (!done && !supervised.has_sent())
+        return std::unexpected(done.error());
     for (int n = 1; done && !interrupted(); ++n) {
         wait_until(session, begin + n * tick);
         if (interrupted())
             break;
-        done = read_state(driven, actuator::Depth::motion);
+        done = supervised.look();
         const Seen seen = done ? search.look(place(driven), session.clock().now()) : Seen::way;
         if (!done || seen == Seen::stop)
             break;
@@ -58,12 +63,10 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         if (seen == Seen::too_far)
             done = fail(Errc::timeout, search.says(driven.device.name));
     }
-    if (interrupted()) {
-        const auto stopped = stop_here(session, driven, Otherwise::release);
-        return stopped ? std::expected<std::optional<int>, Error>(*stopped) : std::unexpected(stopped.error());
-    }
+    if (interrupted())
+        return ended_by(stop_here(session, driven, Otherwise::release));
     if (!done)
-        return held_after(session, driven, done.error(), Otherwise::release);
+        return ended_by(stopped_for(session, driven, done.error(), Otherwise::release));
     const double stop_rad = *driven.state.position_rad; // else it would not be found
     const auto rest = come_to_rest(session, driven, Otherwise::release);
     if (!rest)

@@ -4,6 +4,7 @@
 #include "apps/cli/jog_aim.hpp"
 #include "apps/cli/moving.hpp"
 #include "apps/cli/raw_terminal.hpp"
+#include "apps/cli/supervised.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
 
@@ -25,7 +26,7 @@ class Jog
 public:
     Jog(const Words& words, Session& session, Driven& driven, double speed_rad_s)
         : words_(words), session_(session), driven_(driven), speed_(speed_rad_s), begin_(session.clock().now()),
-          aim_(driven.device.joint)
+          supervised_(session, driven), aim_(driven.device.joint)
     {
     }
 
@@ -61,12 +62,14 @@ private:
         return stopped && !by_interrupt ? Outcome(exit_done) : stopped;
     }
 
-    /// What was brought to rest in vain is not told once more.
+    /// What was brought to rest in vain is not told once more, nor what was never told to turn.
     Outcome end(const Error& why)
     {
-        auto ended = is_told_ ? std::unexpected(why) : held_after(session_, driven_, why);
+        const auto ends_line = [this] { end_line(); };
+        if (!is_told_ && supervised_.has_sent())
+            return stopped_for(session_, driven_, why, Otherwise::nothing, ends_line);
         end_line();
-        return ended;
+        return std::unexpected(why);
     }
 
     void end_line() const
@@ -85,9 +88,9 @@ private:
 
     std::expected<void, Error> turn(int direction, bool looks)
     {
-        if (looks)
-            if (auto read = read_state(driven_, actuator::Depth::motion); !read)
-                return read;
+        if (looks || supervised_.is_missing())
+            if (auto fine = supervised_.look(); !fine)
+                return fine;
         const auto here = position_of(driven_);
         if (direction != 0 && !here)
             return {}; // and not from where it may be
@@ -106,6 +109,7 @@ private:
                 is_told_ = true;
                 done = std::unexpected(rest.error());
             }
+            supervised_.rests();
             forget_keys();
         }
         direction_ = direction;
@@ -124,12 +128,12 @@ private:
 
     std::expected<void, Error> go(double target_rad)
     {
-        actuator::Command command{.mode = actuator::Mode::position, .position_rad = target_rad};
+        actuator::Command command{.mode = actuator::Mode::position,
+                                  .position_rad = supervised_.nearest_step_rad(target_rad)};
         // A little faster than the steps, so that it is there when the next one comes.
         if (driven_.driver->capabilities().velocity_limit)
             command.velocity_rad_s = aim_.faster_rad_s(speed_);
-        const auto requests = plan(driven_, command);
-        return requests ? carry_out(driven_, *requests) : std::unexpected(requests.error());
+        return supervised_.send(command);
     }
 
     void show() const
@@ -153,6 +157,7 @@ private:
     Driven& driven_;
     double speed_;
     TimePoint begin_;
+    Supervised supervised_;
     RawTerminal terminal_;
     DeadMan man_;
     JogAim aim_;

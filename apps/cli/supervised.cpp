@@ -54,17 +54,22 @@ actuator::State Supervised::state() const
 std::expected<void, Error> Supervised::judge(Duration interval)
 {
     const TimePoint now = session_.clock().now();
+    // A command is renewed by whoever looks.
+    const auto found = guard_.judge(state(), running_, now, missing_since_.value_or(now), interval, now);
+    if (found.measure != robot::Measure::none)
+        return named(found.why);
     const auto& limits = guard_.rules().limits;
-    if ((limits.position_low_rad || limits.position_high_rad) && now - placed_at_ > guard_.rules().silence_max)
+    const bool needs_place = limits.position_low_rad || limits.position_high_rad;
+    if (needs_place && !is_missing() && now - placed_at_ > guard_.rules().silence_max)
         return fail(Errc::timeout, fmt::format("{} has not said for {:.2f} s where it is, and its limits need that",
                                                driven_.device.name, seconds(now - placed_at_)));
-    // A command is renewed by whoever looks, and a look that is not answered is an error of its own.
-    const auto found = guard_.judge(state(), running_, now, now, interval, now);
-    return found.measure == robot::Measure::none ? std::expected<void, Error>{} : named(found.why);
+    return {};
 }
 
 std::expected<void, Error> Supervised::send(const actuator::Command& command)
 {
+    if (is_missing())
+        return {};
     if (!has_sent_)
         if (auto fine = judge({}); !fine)
             return fine;
@@ -74,38 +79,119 @@ std::expected<void, Error> Supervised::send(const actuator::Command& command)
         return named(admitted.error());
     if (!driven_.driver->capabilities().velocity_limit && admitted->mode == actuator::Mode::position)
         admitted->velocity_rad_s = command.velocity_rad_s; // a leap has no speed that such a device could keep to
-    const auto requests = plan(driven_, *admitted);
+    return begin(*admitted);
+}
+
+std::expected<void, Error> Supervised::search(double velocity_rad_s)
+{
+    if (auto fine = judge({}); !fine)
+        return fine;
+    guard_.watch_place(false);
+    return begin({.mode = actuator::Mode::velocity, .velocity_rad_s = velocity_rad_s});
+}
+
+void Supervised::rests()
+{
+    running_ = {.mode = actuator::Mode::hold};
+    missing_since_.reset();
+    unheard_.reset();
+    guard_.begin(state(), session_.clock().now());
+}
+
+std::expected<void, Error> Supervised::begin(const actuator::Command& command)
+{
+    const TimePoint now = session_.clock().now();
+    const auto requests = plan(driven_, command);
     if (!requests)
         return std::unexpected(requests.error());
     has_sent_ = true;
-    running_ = *admitted;
-    if (admitted->mode == actuator::Mode::position)
-        guard_.sent(*admitted->position_rad, now);
-    return carry_out(driven_, *requests);
+    running_ = command;
+    if (command.mode == actuator::Mode::position)
+        guard_.sent(*command.position_rad, now);
+    unheard_.reset();
+    return tell(*requests);
+}
+
+std::expected<void, Error> Supervised::tell(const wire::Requests& requests)
+{
+    const TimePoint asked = session_.clock().now();
+    auto told = carry_out(driven_, requests);
+    if (told || !may_pass(told.error().code))
+        return told;
+    missing_since_ = asked;
+    unheard_ = Unheard{requests, unheard_ ? unheard_->since : asked};
+    return {};
+}
+
+/// Who was away for long may have lost his supply, and where he is now he is not to leap from.
+std::expected<void, Error> Supervised::answers_again()
+{
+    if (!missing_since_)
+        return {};
+    const Duration silence = session_.clock().now() - *missing_since_;
+    missing_since_.reset();
+    if (silence <= robot::doubtful_silence)
+        return {};
+    return fail(Errc::timeout,
+                fmt::format("{} gave no answer for {:.2f} s and may have lost its supply meanwhile; is a plug loose?",
+                            driven_.device.name, seconds(silence)));
+}
+
+std::expected<void, Error> Supervised::tell_again()
+{
+    if (!unheard_)
+        return {};
+    const auto told = carry_out(driven_, unheard_->requests);
+    if (told)
+        unheard_.reset();
+    else if (!may_pass(told.error().code) || session_.clock().now() - unheard_->since > guard_.rules().silence_max)
+        return told;
+    return {};
+}
+
+double Supervised::nearest_step_rad(double position_rad) const
+{
+    return guard_.nearest_step_rad(position_rad, session_.clock().now());
 }
 
 std::expected<void, Error> Supervised::look()
 {
     const TimePoint now = session_.clock().now();
     const bool full = now >= full_at_;
-    if (full)
-        full_at_ = now + between_full_;
-    if (auto read = read_state(driven_, full ? actuator::Depth::full : actuator::Depth::motion); !read)
+    const auto read = read_state(driven_, full ? actuator::Depth::full : actuator::Depth::motion);
+    if (!read && !may_pass(read.error().code))
         return read;
+    if (!read)
+        missing_since_ = missing_since_.value_or(now);
+    else if (auto back = answers_again(); !back)
+        return back;
+    else if (auto told = tell_again(); !told)
+        return told;
+    if (read && full)
+        full_at_ = now + between_full_;
     const Duration interval = now - looked_at_;
     looked_at_ = now;
     const auto seen = state();
     if (seen.position_rad)
         placed_at_ = seen.position_rad.at();
+    if (seen.position_rad && running_.mode != actuator::Mode::position)
+        guard_.follow(*seen.position_rad, now);
     guard_.observe(seen);
     return judge(interval);
 }
 
-Outcome stopped_for(Session& session, Driven& driven, const Error& why, Otherwise otherwise)
+Outcome stopped_for(Session& session, Driven& driven, const Error& why, Otherwise otherwise,
+                    const std::function<void()>& before_words)
 {
-    if (why.code != Errc::out_of_range)
-        return held_after(session, driven, why, otherwise);
+    if (why.code != Errc::out_of_range) {
+        Outcome held = held_after(session, driven, why, otherwise);
+        if (before_words)
+            before_words();
+        return held;
+    }
     const auto rest = come_to_rest(session, driven, otherwise);
+    if (before_words)
+        before_words();
     if (!rest)
         return fail(rest.error().code, fmt::format("{}; and {}", to_sentence(why), to_sentence(rest.error())));
     const auto says = says_of(driven, *rest);

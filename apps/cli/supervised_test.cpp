@@ -16,14 +16,20 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A driver that a test looks on at, and whose device may not say where it is.
+/// What a device does not say.
+struct Unsaid {
+    bool position = false;
+    bool anything = false;
+};
+
+/// A driver that a test looks on at, and whose device may not say all.
 class Observed final : public actuator::Driver
 {
 public:
     using Look = std::function<void(const actuator::Command&)>;
 
-    Observed(std::unique_ptr<actuator::Driver> driver, Look look, const bool& is_lost)
-        : driver_(std::move(driver)), look_(std::move(look)), is_lost_(is_lost)
+    Observed(std::unique_ptr<actuator::Driver> driver, Look look, const Unsaid& unsaid)
+        : driver_(std::move(driver)), look_(std::move(look)), unsaid_(unsaid)
     {
     }
     const actuator::Capabilities& capabilities() const override { return driver_->capabilities(); }
@@ -44,8 +50,10 @@ public:
     std::expected<void, Error> absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at,
                                       actuator::State& state) override
     {
+        if (unsaid_.anything)
+            return fail(Errc::timeout, "it says nothing");
         auto absorbed = driver_->absorb(asked, reply, at, state);
-        if (is_lost_)
+        if (unsaid_.position)
             state.position_rad = {};
         return absorbed;
     }
@@ -56,7 +64,7 @@ public:
 private:
     std::unique_ptr<actuator::Driver> driver_;
     Look look_;
-    const bool& is_lost_;
+    const Unsaid& unsaid_;
 };
 
 class SupervisedTest : public testing::Test
@@ -74,7 +82,7 @@ protected:
         auto device = target(of);
         auto out = device ? drive_and_read(session, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(out) << to_sentence(out.error());
-        out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), is_lost);
+        out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), unsaid);
         return std::move(*out);
     }
 
@@ -86,7 +94,7 @@ protected:
 
     Session session;
     Words words;
-    bool is_lost = false; ///< it does not say where it is
+    Unsaid unsaid;
 };
 
 TEST_F(SupervisedTest, ALoopThatWasLateDoesNotCatchUpInABurst)
@@ -125,8 +133,8 @@ TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
 {
     TimePoint begin{}, end{};
     auto hip = driven("left_hip", [&](const actuator::Command& command) {
-        is_lost = command.mode == actuator::Mode::velocity;
-        (is_lost ? begin : end) = session.clock().now();
+        unsaid.position = command.mode == actuator::Mode::velocity;
+        (unsaid.position ? begin : end) = session.clock().now();
     });
     const auto ended = turn_on(words, session, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
     ASSERT_FALSE(ended);
@@ -174,6 +182,76 @@ TEST_F(SupervisedTest, WhatTheSupervisorMakesOfACommandIsWhatIsSent)
     ASSERT_TRUE(supervised.send({.mode = actuator::Mode::position, .position_rad = 0.1}));
     ASSERT_EQ(told.size(), 1U);
     EXPECT_NEAR(told.front().velocity_rad_s.value_or(0.0), units::rad(360.0), 1e-9) << "its velocity_max_deg_s";
+}
+
+/// Looks for `time` at a device that is moving, and does not answer for `silence` of it.
+std::expected<void, Error> look_past(Session& session, Supervised& supervised, Unsaid& unsaid, Duration silence)
+{
+    std::expected<void, Error> fine;
+    const TimePoint begin = session.clock().now();
+    for (TimePoint next = begin; fine && next < begin + 1s; next += 20ms) {
+        session.clock().wait({}, next);
+        unsaid.anything = next - begin >= 200ms && next - begin < 200ms + silence;
+        fine = supervised.look();
+    }
+    unsaid.anything = false;
+    return fine;
+}
+
+TEST_F(SupervisedTest, AnAnswerThatIsMissingOnceEndsNothing)
+{
+    for (const auto* name : {"elbow", "waist_yaw", "left_hip"}) {
+        auto joint = driven(name, [](const actuator::Command&) {});
+        Supervised supervised(session, joint, Reached::by_a_leap);
+        const auto sent = supervised.send(move_to_position(joint, units::rad(4.0)));
+        ASSERT_TRUE(sent) << to_sentence(sent.error());
+        const auto fine = look_past(session, supervised, unsaid, 60ms);
+        EXPECT_TRUE(fine) << name << ": " << to_sentence(fine.error());
+    }
+}
+
+TEST_F(SupervisedTest, WhoIsBackAfterTimeEnoughToLoseItsSupplyIsNotDrivenOn)
+{
+    auto hip = driven("left_hip", [](const actuator::Command&) {});
+    Supervised supervised(session, hip);
+    ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
+    const auto fine = look_past(session, supervised, unsaid, 300ms);
+    ASSERT_FALSE(fine);
+    EXPECT_NE(fine.error().detail.find("left_hip gave no answer for 0.3"), std::string::npos) << fine.error().detail;
+}
+
+TEST_F(SupervisedTest, WhoDoesNotAnswerForSilenceMaxIsGivenUp)
+{
+    auto hip = driven("left_hip", [](const actuator::Command&) {});
+    Supervised supervised(session, hip);
+    ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
+    const auto fine = look_past(session, supervised, unsaid, 800ms);
+    ASSERT_FALSE(fine);
+    EXPECT_NE(fine.error().detail.find("it has not answered for 0.5"), std::string::npos) << fine.error().detail;
+}
+
+TEST_F(SupervisedTest, ACommandThatNobodyAcknowledgedIsSentAgainWhenTheDeviceAnswers)
+{
+    auto hip = driven("left_hip", [](const actuator::Command&) {});
+    std::vector<std::vector<std::uint8_t>> sent;
+    hip.bus->set_tap([&](const bus::Tapped& tapped) {
+        if (tapped.direction == wire::Direction::request)
+            sent.emplace_back(tapped.bytes.begin(), tapped.bytes.end());
+    });
+    Supervised supervised(session, hip);
+    unsaid.anything = true;
+    const auto told = supervised.send(move_to_position(hip, units::rad(4.0)));
+    EXPECT_TRUE(told) << to_sentence(told.error());
+    ASSERT_TRUE(supervised.is_missing());
+    ASSERT_FALSE(sent.empty());
+    const auto command = sent.back();
+    EXPECT_TRUE(supervised.look()) << "and it says nothing yet";
+    EXPECT_NE(sent.back(), command);
+    unsaid.anything = false;
+    EXPECT_TRUE(supervised.look());
+    EXPECT_EQ(sent.back(), command);
+    EXPECT_TRUE(supervised.look());
+    EXPECT_NE(sent.back(), command) << "once is enough";
 }
 
 } // namespace

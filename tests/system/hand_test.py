@@ -9,6 +9,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 import tty
 import unittest
 import xml.etree.ElementTree
@@ -293,6 +294,37 @@ class Jog(unittest.TestCase):
                     most = math.radians(15 * 1.5) * (after["time_s"] - before["time_s"]) + math.radians(0.2)
                     self.assertLessEqual(abs(moved), most)
                 self.assertEqual(looks[-1]["position_rad"] < looks[0]["position_rad"] - math.radians(3), way != 0)
+
+    def hold_a_key(self, robot, text):
+        """Until it ends by itself."""
+        with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+            file.write("version = 1\n" + robot + text)
+            file.flush()
+            jog = Terminal("jog", "joint", "--robot", file.name, "--sim", "--yes", "--speed", "5deg/s")
+            end = time.monotonic() + PATIENCE
+            while jog.process.poll() is None and time.monotonic() < end:
+                try:
+                    jog.type("\033[C")
+                except OSError:
+                    break  # it has just ended
+                jog.wait(0.03)
+            code = jog.end()
+            return code, jog.seen
+
+    def test_it_watches_heat_and_faults(self):
+        hot = '[[sim.fault]]\njoint = "joint"\nkind = "hot-motor"\ntemperature_c = 80\nat_s = {}\n'
+        rmd = ('[bus.b]\nfamily = "rmd"\n[joint.joint]\nbus = "b"\nid = 1\nmodel = "MG"\nprofile = "rmd-2.35"\n'
+               "temperature_max_c = 30\n")
+        sam = '[bus.b]\nfamily = "sam"\n[joint.joint]\nbus = "b"\nid = 1\nmodel = "SAM-20"\n'
+        code, seen = self.hold_a_key(rmd, hot.format(1))
+        self.assertEqual(code, 14, seen)
+        self.assertRegex(seen, r"sinew: joint: it is 80 °C hot, 30 °C are allowed; let it cool; it was stopped at \d")
+        code, seen = self.hold_a_key(rmd, hot.format(0))
+        self.assertEqual(code, 2, seen)
+        self.assertNotIn("stopped", seen)
+        code, seen = self.hold_a_key(sam, hot.format(1))
+        self.assertEqual(code, 10, seen)
+        self.assertRegex(seen, "sinew: joint: the device reports over temperature")
 
     def test_it_needs_a_terminal(self):
         self.assertIn("needs a terminal", sinew("jog", "neck_yaw", *SIM, "--yes", code=2).stderr)

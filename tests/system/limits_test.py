@@ -127,6 +127,17 @@ class Limits(Rig):
             self.assertIn("joint: it is 80 °C hot, 30 °C are allowed", done.stderr)
             self.assertNotIn("stopped", done.stderr)
 
+    def test_a_motor_that_gets_hot_looks_no_further_for_its_stop(self):
+        home = '[joint.joint.home]\nroutine = "stop"\nvelocity_deg_s = 5\n'
+        robot = RMD.format(20) + "temperature_max_c = 30\n" + home
+        done = self.run_one(robot + hot(0.2), "home", code=14)
+        self.assertIn("joint: it is 80 °C hot, 30 °C are allowed; let it cool; it was stopped at", done.stderr)
+        self.assertNotIn("stopped", self.run_one(robot + hot(0), "home", code=2).stderr)
+        robot = "version = 1\n" + SAM.format("SAM-160EO200").replace("-5", "-90") + home.replace("5", "40")
+        done = self.run_one(robot + hot(0.2), "home", code=10)
+        self.assertIn("joint: the device reports over temperature", done.stderr)
+        self.assertLess(self.looks(done)[-1]["time_s"], 1.0)
+
     def test_a_motor_that_takes_too_much_is_stopped(self):
         robot = "version = 1\n" + SAM.format("SAM-160EO200") + "velocity_max_deg_s = 10\ncurrent_max_a = 0.3\n"
         done = self.run_one(robot + "[joint.joint.plant]\ngravity_torque_nm = 2\n", "move", "100deg", code=14)
