@@ -17,7 +17,7 @@ std::span<const ExitCode> exit_codes()
         {4, "the link is in use by another program", {link_busy}},
         {5, "not permitted to use the link", {link_denied}},
         {6, "the link was lost or failed", {link_lost, link_failed}},
-        {exit_no_answer, "no device answered", {timeout}},
+        {exit_no_answer, "no device answered, or a joint did not get where it was sent", {timeout}},
         {exit_bad_answer,
          "bytes or an answer that are wrong",
          {bad_length, bad_constant, bad_checksum, bad_repeat, bad_reply}},

@@ -14,16 +14,15 @@
 namespace sinew::cli {
 namespace {
 
-constexpr Duration tick = std::chrono::milliseconds(20);        ///< between two looks
-constexpr Duration step = std::chrono::milliseconds(100);       ///< between two that are shown
-constexpr Duration standstill = std::chrono::milliseconds(800); ///< so long without progress is a stop
+constexpr Duration tick = std::chrono::milliseconds(20);  ///< between two looks
+constexpr Duration step = std::chrono::milliseconds(100); ///< between two that are shown
 
 /// Looks until it has arrived, stands still or the time is over.
 Outcome follow(const Words& words, Session& session, Driven& driven, Supervised& supervised, const Goal& goal,
                double tolerance_rad, TimePoint started)
 {
-    const auto give_up = [&](Errc code, std::string why) {
-        return held_after(session, driven, Error{.code = code, .detail = std::move(why)});
+    const auto give_up = [&](std::string why) {
+        return held_after(session, driven, Error{.code = Errc::timeout, .detail = std::move(why)});
     };
     const TimePoint begin = session.clock().now();
     // A move that takes its time may begin too gently to be seen.
@@ -53,35 +52,34 @@ Outcome follow(const Words& words, Session& session, Driven& driven, Supervised&
             progressed = std::max(progressed, now);
             last = here;
         }
-        if (here && now - progressed > standstill && std::abs(*here - goal.position_rad) <= robot::giving_way_rad)
+        if (here && now - progressed > robot::Supervisor::patience &&
+            std::abs(*here - goal.position_rad) <= robot::giving_way_rad)
             return fail(
-                Errc::unsupported,
+                Errc::timeout,
                 fmt::format("{} stands still at {}, short of {:.2f} deg, and stays on its way there; does it give "
                             "way to a load?",
                             driven.device.name, place_of(driven), units::deg(goal.position_rad)));
-        if (here && now - progressed > standstill)
-            return give_up(Errc::unsupported,
-                           fmt::format("{} stands still at {}, short of {:.2f} deg; is something in "
+        if (here && now - progressed > robot::Supervisor::patience)
+            return give_up(fmt::format("{} stands still at {}, short of {:.2f} deg; is something in "
                                        "its way, or is it switched off?",
                                        driven.device.name, place_of(driven), units::deg(goal.position_rad)));
         if (now - begin > goal.limit)
-            return give_up(Errc::timeout,
-                           fmt::format("{} is at {} after {:g} s and still moves; --within gives it more time",
+            return give_up(fmt::format("{} is at {} after {:g} s and still moves; --within gives it more time",
                                        driven.device.name, place_of(driven), seconds(goal.limit)));
     }
 }
 
-/// Leads it there in small steps, for a device without a speed of its own. Nothing: it is at the last step.
+/// Leads it there in small steps, for a device without a speed of its own. Nothing: it is at the last step. It waits
+/// for one that does not follow, until that counts as blocked.
 std::expected<void, Error> lead(const Words& words, Session& session, Driven& driven, Supervised& supervised,
                                 const Goal& goal, double speed_rad_s)
 {
     const TimePoint begin = session.clock().now();
-    const auto from = known_position_of(driven);
-    if (!from)
+    if (const auto from = known_position_of(driven); !from)
         return std::unexpected(from.error());
-    double at = *from;
     TimePoint last = begin, shown = begin;
-    for (TimePoint next = begin + tick; at != goal.position_rad; next = std::max(next + tick, session.clock().now())) {
+    for (TimePoint next = begin + tick; supervised.reference_rad() != goal.position_rad;
+         next = std::max(next + tick, session.clock().now())) {
         wait_until(session, next);
         if (interrupted())
             return {};
@@ -89,9 +87,11 @@ std::expected<void, Error> lead(const Words& words, Session& session, Driven& dr
         const TimePoint now = session.clock().now();
         const double most = speed_rad_s * seconds(std::min(now - last, robot::Supervisor::longest_gap));
         last = now;
-        at = std::abs(goal.position_rad - at) <= most ? goal.position_rad
-                                                      : at + std::copysign(most, goal.position_rad - at);
-        auto done = supervised.send({.mode = actuator::Mode::position, .position_rad = at});
+        const double way = goal.position_rad - *supervised.reference_rad();
+        const double wanted =
+            std::abs(way) <= most ? goal.position_rad : goal.position_rad - way + std::copysign(most, way);
+        auto done =
+            supervised.send({.mode = actuator::Mode::position, .position_rad = supervised.nearest_step_rad(wanted)});
         if (done && !interrupted())
             done = supervised.look();
         if (!done || interrupted())
@@ -100,10 +100,6 @@ std::expected<void, Error> lead(const Words& words, Session& session, Driven& dr
             show_state(words, driven, now - begin);
             shown = now;
         }
-        // What does not follow must not be led on: it would leap when it comes free.
-        if (const auto here = position_of(driven); here && std::abs(*here - at) > units::rad(10.0) + speed_rad_s)
-            return fail(Errc::unsupported, fmt::format("{} stays behind at {}; is something in its way?",
-                                                       driven.device.name, place_of(driven)));
     }
     return {};
 }

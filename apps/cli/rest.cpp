@@ -166,13 +166,14 @@ std::string says_of(const Driven& driven, Rest rest)
                                             : "took no hold, so its torque is off");
 }
 
-std::unexpected<Error> held_after(Session& session, Driven& driven, Error why, Otherwise otherwise)
+std::unexpected<Error> held_after(Session& session, Driven& driven, const Error& why, Otherwise otherwise)
 {
     const auto rest = come_to_rest(session, driven, otherwise);
-    const std::string more = rest ? says_of(driven, *rest) : to_sentence(rest.error());
-    if (!more.empty())
-        why = Error{.code = why.code, .detail = fmt::format("{}; and {}", to_sentence(why), more)};
-    return std::unexpected(std::move(why));
+    const std::string said = to_sentence(why);
+    if (rest && *rest == Rest::holds)
+        return fail(why.code,
+                    fmt::format("{}{} is held at {}", said, said.ends_with('?') ? " It" : "; it", place_of(driven)));
+    return fail(why.code, fmt::format("{}; and {}", said, rest ? says_of(driven, *rest) : to_sentence(rest.error())));
 }
 
 Outcome stop_here(Session& session, Driven& driven, Otherwise otherwise, const std::function<void()>& before_words)

@@ -44,9 +44,9 @@ std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherw
 /// Takes the torque off, again where the device does not confirm; nobody looks. Signals are as above.
 std::expected<void, Error> let_go(Driven& driven);
 
-/// Comes to rest because of an error, which then also says what is not as it should be: a device that did not confirm,
-/// or that took no hold. Signals are as above.
-std::unexpected<Error> held_after(Session& session, Driven& driven, Error why,
+/// Comes to rest because of an error, which then also says where it is held, or what is not as it should be: a device
+/// that did not confirm, or that took no hold. Signals are as above.
+std::unexpected<Error> held_after(Session& session, Driven& driven, const Error& why,
                                   Otherwise otherwise = Otherwise::nothing);
 
 /// Comes to rest after Ctrl-C, which has been seen then, and says how; `before_words` is called when it is at rest, and

@@ -172,7 +172,7 @@ TEST_F(RestTest, WhateverEndsAMotionIsToldAgainUntilTheMotorIsSeenAtRest)
 
         auto failed = turning(joint, lost_at_first);
         const auto why = held_after(session, failed, {.code = Errc::bad_reply, .detail = "something was wrong"});
-        EXPECT_EQ(why.error().detail, "something was wrong") << joint;
+        EXPECT_EQ(why.error().detail, "something was wrong; it is held at " + place_of(failed));
         EXPECT_TRUE(is_at_rest(failed)) << joint;
     }
 }

@@ -135,13 +135,12 @@ Outcome step(const Words& words, Session& session, Driven& driven, const Trial& 
     samples = std::move(*measured);
     Outcome outcome = exit_done;
     if (!has_gone(samples, trial.to_rad))
-        outcome =
-            held_after(session, driven,
-                       {.code = Errc::timeout,
-                        .detail = fmt::format("{} is at {:.2f} deg after {:g} s, short of {:.2f} deg, and is held "
-                                              "there; is something in its way, or does it need more --for?",
-                                              driven.device.name, units::deg(samples.back().position_rad),
-                                              seconds(trial.length), units::deg(trial.to_rad))});
+        outcome = held_after(session, driven,
+                             {.code = Errc::timeout,
+                              .detail = fmt::format("{} is at {:.2f} deg after {:g} s, short of {:.2f} deg; is "
+                                                    "something in its way, or does it need more --for?",
+                                                    driven.device.name, units::deg(samples.back().position_rad),
+                                                    seconds(trial.length), units::deg(trial.to_rad))});
     if (auto drawn = draw(words, driven.device, trial, samples); outcome && !drawn)
         return std::unexpected(drawn.error());
     return outcome;

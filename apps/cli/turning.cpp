@@ -82,7 +82,7 @@ std::expected<void, Error> check_moved(const Driven& driven, const Turning& turn
                          ? "such a speed may be less than its friction takes; try a higher one, or "
                            "a move to a position with --speed"
                          : "is something in its way, or is it switched off?";
-    return fail(Errc::unsupported,
+    return fail(driven.driver->capabilities().velocity_is_duty ? Errc::unsupported : Errc::timeout,
                 fmt::format("{} has not moved at {:g} deg/s: {}", driven.device.name, units::deg(turning.value), why));
 }
 

@@ -381,7 +381,7 @@ class Positions(unittest.TestCase):
         with robot_with("elbow", "start_rad = 0.5") as path:
             with open(path, "a", encoding="utf-8") as file:
                 file.write('[[sim.fault]]\nkind = "stuck-gear"\njoint = "elbow"\n')
-            done = sinew("home", "elbow", "--robot", path, "--sim", "--yes", code=10)
+            done = sinew("home", "elbow", "--robot", path, "--sim", "--yes", code=7)
             self.assertIn("elbow", done.stderr)
             self.assertIn("in its way", done.stderr)
 

@@ -117,6 +117,23 @@ class Limits(Rig):
         done = self.run_one(RMD.format(20).replace("30", "300"), "move", "--current", "0.5A", "--for", "5s", code=14)
         self.assertRegex(done.stderr, r"joint: it turns at [\d.]+ deg/s, 20.0 deg/s are allowed; it was stopped at")
 
+    def test_a_servo_that_is_led_and_gets_blocked_is_waited_for_and_then_held(self):
+        robot = "version = 1\n" + SAM.format("SAM-160EO200") + "velocity_max_deg_s = 30\n"
+        stuck = '[[sim.fault]]\njoint = "joint"\nkind = "stuck-gear"\nat_s = 0.5\n'
+        done = self.run_one(robot + stuck, "move", "100deg", code=7)
+        self.assertRegex(done.stderr, r"^sinew: joint: it is at 1\d\.\d\d deg and does not follow to \d\d\.\d\d deg; is it blocked\? It is "
+                                      r"held at 1\d\.\d\d deg\n$")
+        self.assertGreater(self.looks(done)[-1]["time_s"], 1.5, "0.5 s, and the patience of a robot")
+        robot = robot.replace("_s = 30", "_s = 120")  # it catches up, and that is not too fast
+        looks = self.looks(self.run_one(robot + stuck + "for_s = 0.8\n", "move", "100deg", "--speed", "30deg/s"))
+        self.assertAlmostEqual(math.degrees(looks[-1]["position_rad"]), 100, delta=0.6)
+
+    def test_what_is_blocked_ends_alike_in_every_family(self):
+        stuck = '[[sim.fault]]\njoint = "joint"\nkind = "stuck-gear"\nat_s = 0.2\n'
+        for robot in ("version = 1\n" + SAM.format("SAM-160EO200"), RMD.format(20), "version = 1\n" + NURI.format(1)):
+            done = self.run_one(robot + stuck, "move", "28deg", "--speed", "20deg/s", code=7)
+            self.assertRegex(done.stderr, r"; is (it blocked|something in its way, or is it switched off)\? It is held at ")
+
     def test_a_motor_that_gets_hot_is_stopped_and_one_that_is_is_not_moved(self):
         robot = RMD.format(20) + "temperature_max_c = 30\n"
         for words in (["move", "25deg"], ["move", "--velocity", "5deg/s", "--for", "5s"], ["tune", "--to", "20deg"]):

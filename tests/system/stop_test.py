@@ -42,7 +42,7 @@ class Stop(unittest.TestCase):
 
     def test_a_loaded_servo_that_is_told_to_hold_does_not_walk_down_with_its_load(self):
         sinew("sim", "fault", "shoulder_pitch", "push", "torque_nm=-4")
-        done = sinew("move", "shoulder_pitch", "60deg", *self.sim.robot, "--yes", code=10)
+        done = sinew("move", "shoulder_pitch", "60deg", *self.sim.robot, "--yes", code=7)
         self.assertIn("give way to a load?", done.stderr)
         begun = as_json("sim", "look", "shoulder_pitch")[0]["position_rad"]
         self.assertAlmostEqual(begun, math.radians(60), delta=math.radians(5), msg="it goes on holding")
