@@ -23,12 +23,14 @@ struct Allowed {
     }
 };
 
-Allowed allowed(const bus::Line& line, std::span<const Step> steps, std::span<const bus::ExchangeBits> frames)
+Allowed allowed(const bus::Line& line, const AdapterPort& port, std::span<const Step> steps,
+                std::span<const bus::ExchangeBits> frames)
 {
     const auto requests = requests_of(steps);
-    Allowed out{.shortest = bus::predict_cycle(line, requests, bus::Stuffing::least),
-                .longest = bus::predict_cycle(line, requests),
-                .seen = bus::predict_cycle(line, requests, frames),
+    const Duration least = time_on_port(port, requests);
+    Allowed out{.shortest = std::max(least, bus::predict_cycle(line, requests, bus::Stuffing::least)),
+                .longest = std::max(least, bus::predict_cycle(line, requests)),
+                .seen = std::max(least, bus::predict_cycle(line, requests, frames)),
                 .exchanges = steps.size()};
     std::int64_t bits = 0;
     for (std::size_t i = 0; i < requests.size(); ++i)
@@ -205,7 +207,7 @@ Outcome run(const Words& words)
     if (!measured)
         return std::unexpected(measured.error());
     const bus::Line line{.can = target->family->can, .bit_rate = bus->link_state().bit_rate};
-    const auto wire = allowed(line, *steps, measured->frames);
+    const auto wire = allowed(line, adapter_port_of(target->link), *steps, measured->frames);
     const auto adapter = report_of(*bus, target->link);
     if (words.json())
         print(to_json(*target, line, *steps, wire, *measured, adapter));

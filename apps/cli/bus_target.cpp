@@ -12,10 +12,14 @@ namespace {
 std::uint32_t bit_rate_of(const std::string& link)
 {
     const auto uri = link::parse_uri(link);
-    for (const auto* option : {"baud", "bitrate"})
-        if (const auto rate = uri ? uri->number(option) : std::optional<std::uint32_t>{}; rate && *rate)
-            return **rate;
-    return 0;
+    if (!uri)
+        return 0;
+    const auto can = uri->number("bitrate");
+    if (can && *can)
+        return **can;
+    // Of an SLCAN link, baud is that of the port to the adapter.
+    const auto serial = uri->scheme != "slcan" ? uri->number("baud") : std::optional<std::uint32_t>{};
+    return serial ? serial->value_or(0) : 0;
 }
 
 std::expected<BusTarget, Error> named_bus(const std::string& path, std::string_view name)

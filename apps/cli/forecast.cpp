@@ -53,6 +53,8 @@ Step step_of(const Device& device, const wire::Request& request)
 Forecast forecast(const Family& family, std::span<const Device> devices, std::uint32_t bit_rate)
 {
     Forecast out{.line = {.can = family.can, .bit_rate = bit_rate}};
+    if (!devices.empty())
+        out.port = adapter_port_of(devices.front().link);
     for (const auto& device : devices) {
         if (!device.spec) {
             out.notes.push_back(fmt::format("{} is left out: its model is not known", device.name));
@@ -80,19 +82,23 @@ std::vector<wire::Request> requests_of(std::span<const Step> steps)
     return out;
 }
 
-double cycles_per_s(const bus::Line& line, std::span<const Step> steps, bus::Stuffing stuffing)
+double cycles_per_s(const Forecast& forecast, std::span<const Step> steps, bus::Stuffing stuffing)
 {
-    const Duration cycle = bus::predict_cycle(line, requests_of(steps), stuffing);
+    const auto requests = requests_of(steps);
+    const Duration cycle =
+        std::max(bus::predict_cycle(forecast.line, requests, stuffing), time_on_port(forecast.port, requests));
     return cycle > Duration{} ? 1.0 / seconds(cycle) : 0.0;
 }
 
 bus::StopBound stop_bound(const Forecast& forecast)
 {
-    return bus::predict_stop(forecast.line, requests_of(forecast.most), requests_of(forecast.stop));
+    const auto running = requests_of(forecast.most), stop = requests_of(forecast.stop);
+    return on_port(forecast.port, bus::predict_stop(forecast.line, running, stop), running, stop);
 }
 
-Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps)
+Bottleneck bottleneck(const Forecast& forecast, std::span<const Step> steps)
 {
+    const bus::Line& line = forecast.line;
     auto requests = requests_of(steps);
     const Duration cycle = bus::predict_cycle(line, requests);
     Bottleneck out;
@@ -107,13 +113,20 @@ Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps)
     }
     if (cycle <= Duration{})
         return out;
+    if (time_on_port(forecast.port, requests) > cycle) {
+        out.by = Bottleneck::By::port;
+        out.share = 1.0;
+        out.cycles_without = 1.0 / seconds(cycle);
+        return out;
+    }
     const double share = seconds(wire) / seconds(cycle);
-    out.responses = share < 0.5;
-    out.share = out.responses ? 1.0 - share : share;
+    const bool responses = share < 0.5;
+    out.by = responses ? Bottleneck::By::responses : Bottleneck::By::bits;
+    out.share = responses ? 1.0 - share : share;
     for (auto& request : requests)
-        if (out.responses)
+        if (responses)
             request.response_time = {};
-    const bus::Line faster{.can = line.can, .bit_rate = out.responses ? line.bit_rate : 2 * line.bit_rate};
+    const bus::Line faster{.can = line.can, .bit_rate = responses ? line.bit_rate : 2 * line.bit_rate};
     out.cycles_without = 1.0 / seconds(bus::predict_cycle(faster, requests));
     return out;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "apps/cli/adapter_port.hpp"
 #include "apps/cli/bus_target.hpp"
 #include "sinew/bus/predict.hpp"
 
@@ -15,6 +16,7 @@ struct Step {
 
 struct Forecast {
     bus::Line line;
+    AdapterPort port;               ///< before it
     std::vector<Step> look;         ///< what reads the motion of every joint
     std::vector<Step> cycle;        ///< a position for every joint, and what it measures: a cycle of `robot::Robot`
     std::vector<Step> most;         ///< all that such a cycle may carry; see `robot::Load`
@@ -31,20 +33,20 @@ Step step_of(const Device& device, const wire::Request& request);
 
 std::vector<wire::Request> requests_of(std::span<const Step> steps);
 
-/// How often in a second a cycle fits, at the stuffing that is named.
-double cycles_per_s(const bus::Line& line, std::span<const Step> steps, bus::Stuffing stuffing);
+/// How often in a second a cycle of this forecast fits, at the stuffing that is named.
+double cycles_per_s(const Forecast& forecast, std::span<const Step> steps, bus::Stuffing stuffing);
 
 /// How late a stop is at worst, whatever the cycle carries.
 bus::StopBound stop_bound(const Forecast& forecast);
 
 /// What a cycle spends most of its time on, and what it would be without.
 struct Bottleneck {
-    bool responses = false;        ///< of the devices; else the bits
-    double share = 0.0;            ///< of the time of a cycle
-    double cycles_without = 0.0;   ///< per second: no response times, or twice the bit rate
+    enum class By : std::uint8_t { bits, responses, port } by{}; ///< port: the text on the line to the adapter
+    double share = 0.0;                                          ///< of the time of a cycle
+    double cycles_without = 0.0;   ///< per second: no response times, twice the bit rate, or a port without a limit
     const Step* longest = nullptr; ///< the longest exchange
     Duration longest_time{};
 };
-Bottleneck bottleneck(const bus::Line& line, std::span<const Step> steps);
+Bottleneck bottleneck(const Forecast& forecast, std::span<const Step> steps);
 
 } // namespace sinew::cli

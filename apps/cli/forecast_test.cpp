@@ -63,12 +63,57 @@ TEST(Forecast, ACycleOfARobotTakesWhatThePlanSaysWithinTwoPercent)
     for (const auto& bus : *buses) {
         const auto plan = forecast(*bus.family, bus.devices, bus.bit_rate);
         const double rate = 1.0 / cycle_s(only(bus.name));
-        const double least = cycles_per_s(plan.line, plan.cycle, bus::Stuffing::most);
-        const double most = cycles_per_s(plan.line, plan.cycle, bus::Stuffing::least);
+        const double least = cycles_per_s(plan, plan.cycle, bus::Stuffing::most);
+        const double most = cycles_per_s(plan, plan.cycle, bus::Stuffing::least);
         fmt::print("{}: planned {:.1f} to {:.1f}, measured {:.1f} cycles a second\n", bus.name, least, most, rate);
         EXPECT_GE(rate, least * 0.98) << bus.name;
         EXPECT_LE(rate, most * 1.02) << bus.name;
     }
+}
+
+// ---- the serial line to an SLCAN adapter ----
+
+/// The legs of the demo robot behind such an adapter.
+Forecast behind_slcan(const std::string& options)
+{
+    auto buses = *buses_of("robots/demo.toml");
+    auto& legs = *std::ranges::find(buses, "legs", &BusTarget::name);
+    for (auto& device : legs.devices)
+        device.link = "slcan:/dev/ttyUSB0" + options;
+    return forecast(*legs.family, legs.devices, legs.bit_rate);
+}
+
+TEST(Forecast, OfAnSlcanAdapterOnASlowSerialLineIsNoMoreThanThatCarries)
+{
+    const auto usb = behind_slcan(""), slow = behind_slcan("?baud=115200"), fast = behind_slcan("?baud=12000000");
+    const auto rate = [](const Forecast& plan, bus::Stuffing stuffing) {
+        return cycles_per_s(plan, plan.look, stuffing);
+    };
+    EXPECT_EQ(rate(usb, bus::Stuffing::most), rate(fast, bus::Stuffing::most)) << "there CAN is what limits it";
+    // 22 characters of ten bits for each of the questions, and as many and two for its answer.
+    const auto frames = static_cast<double>(slow.look.size());
+    EXPECT_NEAR(rate(slow, bus::Stuffing::most), 115'200.0 / (frames * 24 * 10), 1e-3);
+    EXPECT_EQ(rate(slow, bus::Stuffing::most), rate(slow, bus::Stuffing::least)) << "text has no stuff bits";
+    EXPECT_LT(rate(slow, bus::Stuffing::most), rate(usb, bus::Stuffing::most) / 5);
+    EXPECT_EQ(bottleneck(slow, slow.cycle).by, Bottleneck::By::port);
+    EXPECT_NE(bottleneck(usb, usb.cycle).by, Bottleneck::By::port);
+}
+
+TEST(Forecast, OfAStopBehindAnSlcanAdapterWaitsForTheTextBeforeIt)
+{
+    const auto usb = stop_bound(behind_slcan("")), slow = stop_bound(behind_slcan("?baud=115200"));
+    // Six motors, one question of each outstanding with its answer, before the frames of the stop with theirs.
+    const double character_s = 10.0 / 115'200;
+    EXPECT_NEAR(seconds(slow.begins - usb.begins), (6 * (22 + 24) + 22) * character_s, 1e-6);
+    EXPECT_NEAR(seconds(slow.ends - usb.ends),
+                (6 + static_cast<double>(behind_slcan("").stop.size())) * (22 + 24) * character_s, 1e-6);
+}
+
+TEST(BusTarget, BehindAnSlcanAdapterHasTheRateOfCanAndNotThatOfThePort)
+{
+    Words words;
+    words.add("BUS", "slcan:/dev/ttyUSB0?baud=115200&bitrate=500000");
+    EXPECT_EQ(bus_target(words)->bit_rate, 500'000U);
 }
 
 // ---- the stop ----

@@ -52,12 +52,12 @@ std::string time_text(Duration time)
 }
 
 /// From the longest frames to the shortest: on a serial line these are the same.
-std::string rate_text(const bus::Line& line, std::span<const Step> steps)
+std::string rate_text(const Forecast& plan, std::span<const Step> steps)
 {
-    const double least = cycles_per_s(line, steps, Stuffing::most);
-    const double most = cycles_per_s(line, steps, Stuffing::least);
-    return line.can ? fmt::format("{:.0f} to {:.0f} times a second", least, most)
-                    : fmt::format("{:.0f} times a second", least);
+    const double least = cycles_per_s(plan, steps, Stuffing::most);
+    const double most = cycles_per_s(plan, steps, Stuffing::least);
+    return least < most ? fmt::format("{:.0f} to {:.0f} times a second", least, most)
+                        : fmt::format("{:.0f} times a second", least);
 }
 
 Json step_json(const bus::Line& line, const Step& step)
@@ -71,19 +71,24 @@ Json step_json(const bus::Line& line, const Step& step)
                          {"exchange_s", seconds(one.total())}});
 }
 
-Json work_json(const bus::Line& line, std::span<const Step> steps)
+Json work_json(const Forecast& plan, std::span<const Step> steps)
 {
     Json list = Json::array();
     for (const auto& step : steps)
-        list.add(step_json(line, step));
-    return Json::object({{"cycles_per_s", cycles_per_s(line, steps, Stuffing::most)},
-                         {"cycles_per_s_without_stuff_bits", cycles_per_s(line, steps, Stuffing::least)},
+        list.add(step_json(plan.line, step));
+    return Json::object({{"cycles_per_s", cycles_per_s(plan, steps, Stuffing::most)},
+                         {"cycles_per_s_without_stuff_bits", cycles_per_s(plan, steps, Stuffing::least)},
                          {"exchanges", std::move(list)}});
+}
+
+std::string_view to_word(Bottleneck::By by)
+{
+    return by == Bottleneck::By::port ? "port" : by == Bottleneck::By::responses ? "response_time" : "bit_rate";
 }
 
 Json to_json(const BusTarget& bus, const Forecast& plan)
 {
-    const auto limit = bottleneck(plan.line, plan.cycle);
+    const auto limit = bottleneck(plan, plan.cycle);
     const auto bound = stop_bound(plan);
     Json notes = Json::array();
     for (const auto& note : plan.notes)
@@ -93,9 +98,9 @@ Json to_json(const BusTarget& bus, const Forecast& plan)
          {"family", bus.family->name},
          {"bit_rate", plan.line.bit_rate},
          {"joints", static_cast<std::int64_t>(bus.devices.size())},
-         {"read", work_json(plan.line, plan.look)},
-         {"move_and_read", work_json(plan.line, plan.cycle)},
-         {"limit", Json::object({{"by", limit.responses ? "response_time" : "bit_rate"},
+         {"read", work_json(plan, plan.look)},
+         {"move_and_read", work_json(plan, plan.cycle)},
+         {"limit", Json::object({{"by", to_word(limit.by)},
                                  {"share", limit.share},
                                  {"cycles_per_s_without", limit.cycles_without},
                                  {"longest_joint", limit.longest != nullptr ? Json(limit.longest->joint) : Json()},
@@ -108,9 +113,14 @@ Json to_json(const BusTarget& bus, const Forecast& plan)
          {"notes", std::move(notes)}});
 }
 
-std::string limit_text(const Bottleneck& limit)
+std::string limit_text(const Forecast& plan)
 {
-    const auto what = limit.responses
+    const auto limit = bottleneck(plan, plan.cycle);
+    const auto what = limit.by == Bottleneck::By::port
+                          ? fmt::format("the serial line to the adapter, which carries every frame as text: at more "
+                                        "than {} baud it would be {:.0f} a second",
+                                        plan.port.baud, limit.cycles_without)
+                      : limit.by == Bottleneck::By::responses
                           ? fmt::format("the devices: {:.0f} % of a cycle are response times; without them it would be "
                                         "{:.0f} a second",
                                         100.0 * limit.share, limit.cycles_without)
@@ -141,10 +151,10 @@ void print_text(const BusTarget& bus, const Forecast& plan)
     }
     fmt::print("{}", table.text(2));
     if (!plan.look.empty())
-        print_paragraph("read all", rate_text(plan.line, plan.look));
+        print_paragraph("read all", rate_text(plan, plan.look));
     if (!plan.cycle.empty()) {
-        print_paragraph("move and read", rate_text(plan.line, plan.cycle));
-        print_paragraph("limit", limit_text(bottleneck(plan.line, plan.cycle)));
+        print_paragraph("move and read", rate_text(plan, plan.cycle));
+        print_paragraph("limit", limit_text(plan));
     }
     if (!plan.stop.empty()) {
         const auto bound = stop_bound(plan);
@@ -171,7 +181,11 @@ Outcome run(const Words& words)
         return fail(Errc::bad_file, fmt::format("{} has no joints to plan for", *path));
     Json out = Json::array();
     for (const auto& bus : *buses) {
-        const auto plan = forecast(*bus.family, bus.devices, bus.bit_rate);
+        auto plan = forecast(*bus.family, bus.devices, bus.bit_rate);
+        if (plan.port.is_slcan && plan.port.baud == 0)
+            plan.notes.emplace_back(
+                "its adapter is taken for one that is USB all the way; one on a serial line carries "
+                "less: tell its rate with baud=RATE in the link");
         if (words.json())
             out.add(to_json(bus, plan));
         else
@@ -195,7 +209,8 @@ Verb plan_verb()
             .run = run,
             .more = "Computed from the rows of the messages alone: bits on the wire, and the response times of the "
                     "devices. The host's own time is not in it; sinew bus --measure measures with it. A CAN frame has "
-                    "stuff bits that depend on what it carries, so its figures are a range."};
+                    "stuff bits that depend on what it carries, so its figures are a range. "
+                    "An SLCAN adapter carries no more than the baud=RATE of its link."};
 }
 
 } // namespace sinew::cli

@@ -25,6 +25,12 @@ std::optional<char> code_of(std::uint32_t bit_rate);
 
 /// "t1A32FF00\r", the longest: eight bytes of data.
 inline constexpr std::size_t longest_frame_text = 1 + 3 + 1 + 16 + 1;
+/// Of a frame with so many bytes.
+constexpr std::size_t frame_text_size(std::size_t bytes)
+{
+    return 1 + 3 + 1 + 2 * bytes + 1;
+}
+static_assert(frame_text_size(8) == longest_frame_text);
 
 /// A data frame with an 11-bit identifier as text with its CR. Nothing is written and 0 returned where the frame is
 /// none of CAN: more than 8 bytes or an identifier above 0x7FF.
