@@ -127,7 +127,8 @@ public:
         constexpr Duration unnoticed = std::chrono::milliseconds(100);
         if (delayed_ > unnoticed)
             fmt::print(stderr,
-                       "sinew: it took {:.2f} s longer than planned; this machine, a bus or step_max_deg is too slow\n",
+                       "sinew: it took {:.2f} s longer than planned; a joint was held up, or this machine, a bus or "
+                       "step_max_deg is too slow\n",
                        seconds(delayed_));
     }
 
@@ -239,12 +240,17 @@ Outcome run(const Words& words)
     if (played && reporter.stop_asked_twice()) // too late for its turns to hear it
         if (auto turn = robot.cycle(); !turn)
             played = std::unexpected(std::move(turn.error()));
+    std::optional<Error> why;
+    if (!played)
+        why = reporter.explained(played.error());
+    const bool is_told = why && (*session)->has_told(*why);
     (*session)->tell_incidents(played ? nullptr : &played.error());
-    reporter.tell_delay();
+    if (played)
+        reporter.tell_delay();
     if (was_suspension())
         tell_of_suspension();
-    if (!played)
-        return std::unexpected(reporter.explained(std::move(played.error())));
+    if (why)
+        return is_told ? Outcome(exit_code(why->code)) : std::unexpected(std::move(*why));
     if (const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{}; !kept)
         return std::unexpected(kept.error());
     reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");

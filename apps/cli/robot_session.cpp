@@ -33,6 +33,14 @@ bool is_simulated(const std::string& link)
     return sim::is_simulated(link);
 }
 
+/// The id beside the name of the joint says nothing more.
+std::string_view said(const robot::Incident& incident)
+{
+    const std::string_view says = incident.says;
+    const auto name = says.find(incident.joint + ": ");
+    return says.starts_with("id ") && name != std::string_view::npos ? says.substr(name) : says;
+}
+
 } // namespace
 
 std::vector<Option> with_robot_options(std::vector<Option> before)
@@ -119,8 +127,14 @@ void RobotSession::tell_incidents(const Error* told)
     for (const auto& incident : robot_->incidents().subspan(told_ - dropped)) {
         ++told_;
         if (told == nullptr || !incident.says.ends_with(to_sentence(*told)))
-            fmt::print(stderr, "sinew: {}\n", incident.says);
+            fmt::print(stderr, "sinew: {}\n", said(incident));
     }
+}
+
+bool RobotSession::has_told(const Error& error) const
+{
+    const auto told = robot_->incidents().first(told_ - std::min(told_, robot_->incidents_dropped()));
+    return std::ranges::any_of(told, [&](const auto& one) { return said(one) == to_sentence(error); });
 }
 
 } // namespace sinew::cli

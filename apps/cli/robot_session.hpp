@@ -29,6 +29,8 @@ public:
     /// What happened that nobody asked for, once, on stderr; but for what `told`, an error that is told elsewhere,
     /// says.
     void tell_incidents(const Error* told = nullptr);
+    /// Whether one of those says the same as this error.
+    bool has_told(const Error& error) const;
 
 private:
     RobotSession();

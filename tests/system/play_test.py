@@ -183,6 +183,15 @@ class Play(Files):
         self.assertEqual(done.stderr.count("has not answered"), 1, done.stderr)
         self.assertRegex(done.stderr, r"(?m)^sinew: elbow: it has not answered for")
 
+    def test_a_joint_that_is_blocked_is_said_once_by_its_name_and_not_blamed_on_the_machine(self):
+        stuck = '[[sim.fault]]\nkind = "stuck-gear"\njoint = "elbow"\nat_s = 0.3\n'
+        self.arm = self.write(ARM + stuck)
+        done = sinew("play", "never", "--robot", self.arm, "--sim", code=7)
+        self.assertRegex(done.stderr, r"^sinew: elbow: it is at [\d.]+ deg and does not follow to [\d.]+ deg; is it blocked\?\n$")
+        self.arm = self.write(ARM + stuck + "for_s = 0.8\n")
+        done = sinew("play", "flat", "--in", "0.8s", "--robot", self.arm, "--sim")
+        self.assertIn("longer than planned; a joint was held up, or", done.stderr)
+
     def test_over_ports_it_asks_and_ctrl_c_slows_down(self):
         sim = Simulator(self.arm, buses=1)
         try:
