@@ -76,6 +76,7 @@ private:
     friend class Core;
 
     TimePoint now() const { return clock_->now(); }
+    static bool same(const Command& a, const Command& b);
     Error named(Error error) const;
     void take(const Command& command, TimePoint at);
     void hold_here(TimePoint at);

@@ -103,20 +103,18 @@ private:
         const Setpoint& target = *player_.targets()[index];
         const auto& at = joint.state().position_rad;
         const bool leads_away = at && (target.position_rad - *at) * target.velocity_rad_s > 0.0;
-        if (watched.is_given_up || player_.slowing_down() || !leads_away || !joint.is_behind(target.position_rad)) {
-            watched.stuck = {};
-            return;
-        }
-        player_.wait();
-        if (!watched.stuck || std::abs(*at - *watched.stuck) > Supervisor::progress_rad)
-            watched.stuck = at;
-        if (at.at() - watched.stuck.at() < Supervisor::patience)
+        const bool is_behind =
+            !watched.is_given_up && !player_.slowing_down() && leads_away && joint.is_behind(target.position_rad);
+        if (is_behind)
+            player_.wait();
+        // What goes at once wherever it is led is judged by its supervisor, and its end seen by `send`.
+        const bool is_own_affair = static_cast<bool>(joint.capabilities().velocity_limit);
+        if (!watched.following.is_blocked(at, is_behind && is_own_affair))
             return;
         watched.is_given_up = true;
         (void)joint.set({.mode = Mode::hold});
         give_up({.code = Errc::timeout,
-                 .detail = fmt::format("{}: it is at {:.2f} deg and does not follow to {:.2f} deg; is it blocked?",
-                                       joint.name(), units::deg(*at), units::deg(target.position_rad))});
+                 .detail = fmt::format("{}: {}", joint.name(), does_not_follow(*at, target.position_rad))});
     }
 
     /// What a late loop or a slow bus leaves behind is made up for before the motion goes on.
@@ -180,8 +178,8 @@ private:
     std::vector<State> states_;
     std::uint64_t sent_ = 0; ///< motions
     struct Watched {
-        std::uint64_t overruled = 0;        ///< when this began
-        actuator::Measured<double> stuck{}; ///< where it has been since, though it is led
+        std::uint64_t overruled = 0; ///< when this began
+        Following following{};
         bool is_given_up = false;
     };
     std::vector<Watched> watched_; ///< by joint

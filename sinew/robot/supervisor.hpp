@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/actuator/actuator.hpp"
 #include "sinew/base/error.hpp"
+#include "sinew/robot/following.hpp"
 
 #include <cstdint>
 #include <expected>
@@ -52,8 +53,7 @@ public:
     static constexpr Duration lasting = std::chrono::milliseconds{100};
     static constexpr double velocity_tolerance = 1.25; ///< times the limit: what a control loop overshoots
     /// At its lead and still for so long, a joint that is led counts as blocked.
-    static constexpr Duration patience = std::chrono::seconds{1};
-    static constexpr double progress_rad = 0.0175; ///< 1 deg: less in that time is standing still
+    static constexpr Duration patience = Following::patience;
 
     /// From now on it begins where the joint was measured. A joint that stands beyond a limit may stay there and come
     /// back; it may go no further.
@@ -94,6 +94,9 @@ public:
     const Rules& rules() const { return rules_; }
 
 private:
+    /// What is less than this beside a limit, in whatever unit, is the rounding of a conversion.
+    static constexpr double noise_rad = 1e-9;
+
     struct Reach {
         std::optional<double> low_rad, high_rad;
     };
@@ -128,9 +131,9 @@ private:
     double velocity_rad_s_ = 0.0;
     double fastest_rad_s_ = 0.0; ///< of late, for how far it may still be going
     std::optional<TimePoint> too_fast_since_, too_strong_since_;
-    actuator::Measured<double> stuck_; ///< where it has been since, though it is led
-    bool comes_ = false;               ///< from where its lead had ended
-    actuator::Measured<double> mark_;  ///< where it was when it last got on
+    Following following_;
+    bool comes_ = false;              ///< from where its lead had ended
+    actuator::Measured<double> mark_; ///< where it was when it last got on
 };
 
 } // namespace sinew::robot

@@ -281,15 +281,17 @@ struct Freed {
     double blocked_at_deg = 0.0, there_deg = 0.0, furthest_ahead_deg = 0.0;
     Duration took{};
     bool is_enabled = false;
+    Mode ends_with = Mode::position;
 };
 
 /// One joint on its way from 0 to 80 deg at no more than 60 deg/s, its gear stuck for a while from the middle on.
-Freed play_with_a_stuck_gear(std::string_view device, Duration stuck_for)
+Freed play_with_a_stuck_gear(std::string_view device, Duration stuck_for, std::string_view policy = "hold")
 {
     Rig rig(file_of(fmt::format("version = 1\n[bus.b]\n{}id = 3\n"
                                 "position_min_deg = -5\nposition_max_deg = 140\n"
-                                "velocity_max_deg_s = 60\nstep_max_deg = 5\n[pose.up]\njoint_deg = 80\n",
-                                device)));
+                                "velocity_max_deg_s = 60\nstep_max_deg = 5\n[pose.up]\njoint_deg = 80\n"
+                                "[safety]\npolicy = \"{}\"\n",
+                                device, policy)));
     rig.enable();
     const TimePoint begun = rig.now();
     const auto passed = [&] { return rig.now() - begun; };
@@ -307,6 +309,7 @@ Freed play_with_a_stuck_gear(std::string_view device, Duration stuck_for)
     };
     out.said = said(play(*rig.robot, sequence_of(*rig.robot->file().find_pose("up")), options));
     out.took = passed();
+    out.ends_with = rig.robot->find("joint")->command().mode;
     bool goes_on = !out.said.empty();
     while (goes_on && passed() < 600ms + stuck_for + 1s) {
         const auto ran = rig.run(5ms);
@@ -346,6 +349,12 @@ TEST(Play, AJointThatStaysStuckEndsThePlayAndStaysWhereItIs)
         EXPECT_NEAR(freed.there_deg, freed.blocked_at_deg, 2.0) << device;
         EXPECT_TRUE(freed.is_enabled);
     }
+}
+
+TEST(Play, AServoThatStaysStuckDoesWhatThePolicySaysAlsoInAPlay)
+{
+    for (const auto policy : {Mode::release, Mode::brake, Mode::hold})
+        EXPECT_EQ(play_with_a_stuck_gear(a_sam, 1800ms, to_word(policy)).ends_with, policy) << to_word(policy);
 }
 
 TEST(Play, AServoWhoseSupplyFailedForAMomentEndsThePlayAndDoesNotLeapBack)

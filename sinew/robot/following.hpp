@@ -1,0 +1,27 @@
+#pragma once
+#include "sinew/actuator/measured.hpp"
+#include "sinew/base/time.hpp"
+
+#include <string>
+
+namespace sinew::robot {
+
+/// Whether a joint that is led comes after, look by look: the one place that says when it counts as blocked.
+class Following
+{
+public:
+    /// Behind and still for so long, it is.
+    static constexpr Duration patience = std::chrono::seconds{1};
+    static constexpr double progress_rad = 0.0175; ///< 1 deg: less in that time is standing still
+
+    /// A look: where it is, and whether it is as far behind as it may be.
+    bool is_blocked(const actuator::Measured<double>& here, bool is_behind);
+
+private:
+    actuator::Measured<double> stands_at_; ///< since then, though it is led
+};
+
+/// What to say of one that is.
+std::string does_not_follow(double here_rad, double led_to_rad);
+
+} // namespace sinew::robot

@@ -1,0 +1,143 @@
+#include "sinew/base/seconds.hpp"
+#include "sinew/robot/drive.hpp"
+#include "sinew/robot/joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+/// What goes out to a joint in a cycle and in a stop.
+namespace sinew::robot {
+namespace {
+
+/// The loop may have been late; what it was late by is not walked at once.
+constexpr Duration longest_step = std::chrono::milliseconds{50};
+/// What nobody acknowledges is said again after so long.
+constexpr Duration repetition = std::chrono::milliseconds{250};
+
+} // namespace
+
+/// What is to be sent now, in joint units.
+Command Joint::next(TimePoint at)
+{
+    Command out = command_;
+    if (walk_) {
+        const double from = guard_.reference_rad().value_or(walk_->to_rad);
+        const double step = walk_->velocity_rad_s * seconds(std::min<Duration>(at - walk_->at, longest_step));
+        walk_->at = at;
+        const double way = walk_->to_rad - from;
+        out.position_rad = guard_.nearest_lead_rad(from + std::clamp(way, -step, step), at);
+        out.velocity_rad_s.reset();
+        out.duration.reset();
+    } else if (command_.mode == Mode::position && command_.duration) {
+        rest_of_move(out, at);
+    }
+    return out;
+}
+
+/// A move with a duration that is said again must not become a faster one.
+void Joint::rest_of_move(Command& command, TimePoint at) const
+{
+    if (can_.timing == actuator::Timing::by_speed && mean_velocity_rad_s_ > 0.0) {
+        command.duration.reset();
+        command.velocity_rad_s = mean_velocity_rad_s_;
+        return;
+    }
+    const double way = std::abs(*command.position_rad - state_.position_rad.value_or(*command.position_rad));
+    const Duration least = mean_velocity_rad_s_ > 0.0 ? from_seconds(way / mean_velocity_rad_s_) : Duration{};
+    command.duration = std::max<Duration>({deadline_ - at, least, std::chrono::milliseconds{1}});
+}
+
+bool Joint::must_send(const Command& command, TimePoint at) const
+{
+    if (fresh_ || repetitions_ > 0)
+        return true;
+    if (command.duration)
+        return false;
+    return acknowledges_ || !same(command, planned_) || at - planned_at_ >= repetition;
+}
+
+/// A device that does not answer may have lost its supply, and its shaft may be anywhere: what it was told last would
+/// be a leap when it hears again. What cannot make it leap goes out all the same, for it may hear.
+bool Joint::may_send() const
+{
+    const Mode mode = command_.mode;
+    if (lets_go(command_) || (mode == Mode::hold && !holds_a_position_))
+        return true;
+    const bool is_leap = holds_a_position_ && (mode == Mode::position || mode == Mode::hold);
+    return !silence_ && !(is_leap ? missing_since_.has_value() : is_silent());
+}
+
+/// Instead of a command that may not be sent. What drives without end and is to do something else is stopped, wherever
+/// it is: it may hear. So is what is to turn no more: of a ramp that is told again and again (Nuri) there is no end.
+std::expected<wire::Requests, Error> Joint::plan_look(double resolution_rad)
+{
+    const bool is_to_end = is_endless(planned_.mode) && !same(mounting_.to_actuator(command_), planned_);
+    const bool is_to_stand = command_.mode == Mode::velocity && sense_of(command_) == 0.0;
+    if (is_to_end || is_to_stand)
+        return driver_->plan_cycle({.mode = unseen_hold_}, raw_);
+    return driver_->plan_read(Depth::motion, resolution_rad);
+}
+
+void Joint::went_out(const Command& own, TimePoint at)
+{
+    planned_ = own;
+    planned_at_ = at;
+}
+
+std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
+{
+    if (!may_send())
+        return plan_look(resolution_rad);
+    const Command command = next(at);
+    const Command own = mounting_.to_actuator(command);
+    const bool sends = must_send(own, at);
+    const bool is_position = command.mode == Mode::position;
+    const auto& here = command.mode == Mode::hold ? held_ : raw_;
+    auto requests = sends ? driver_->plan_cycle(own, here) : driver_->plan_read(Depth::motion, resolution_rad);
+    if (!requests)
+        return requests;
+    if (sends) {
+        if (!fresh_)
+            repetitions_ = std::max(0, repetitions_ - 1);
+        fresh_ = false;
+        if (acknowledges_)
+            repetitions_ = 0;
+        went_out(own, at);
+    }
+    // Who holds without being told where holds where he comes to rest.
+    const bool holds_there = command.mode == Mode::hold && holds_a_position_;
+    const auto& place = holds_there ? held_.position_rad : raw_.position_rad;
+    if (is_position)
+        guard_.sent(*command.position_rad, at);
+    else if (place && holds_there)
+        guard_.sent(mounting_.to_joint(*place), at);
+    else if (place)
+        guard_.follow(mounting_.to_joint(*place), at);
+    return requests;
+}
+
+Mode Joint::policy() const
+{
+    // A joint that was let go is not seized by a stop.
+    return command_.mode == Mode::release ? Mode::release : policy_;
+}
+
+Mode Joint::holding(bool unseen) const
+{
+    // A device that is too hot for a position lets its shaft coast (SAM, L714), and would leap to it as soon as it has
+    // cooled.
+    const bool is_hot = raw_.faults && raw_.faults->has(actuator::Fault::over_temperature);
+    return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
+}
+
+Mode Joint::stopping(bool unseen) const
+{
+    return policy() == Mode::hold ? holding(unseen) : policy();
+}
+
+std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const
+{
+    return driver.plan({.mode = stopping(unseen)}, raw_);
+}
+
+} // namespace sinew::robot

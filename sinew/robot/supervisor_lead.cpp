@@ -1,0 +1,53 @@
+#include "sinew/robot/supervisor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+/// How far a joint may be led ahead of where it is, and whether it comes.
+namespace sinew::robot {
+
+/// From the measured position; it has been turning since.
+double Supervisor::lead_rad(TimePoint now) const
+{
+    const double turned = rules_.limits.velocity_max_rad_s.value_or(0.0) * std::max(0.0, seconds(now - seen_.at()));
+    return rules_.lead_max_rad.value_or(std::numeric_limits<double>::infinity()) + turned;
+}
+
+double Supervisor::nearest_lead_rad(double position_rad, TimePoint now) const
+{
+    if (!reference_rad_ || !seen_)
+        return position_rad;
+    const double most = comes_ ? lead_rad(now) / 2.0 : lead_rad(now);
+    return std::clamp(position_rad, std::min(*reference_rad_, *seen_ - most), std::max(*reference_rad_, *seen_ + most));
+}
+
+bool Supervisor::is_behind(double position_rad, TimePoint now) const
+{
+    return seen_ && std::abs(position_rad - *seen_) > lead_rad(now);
+}
+
+/// One that gets on no more, such as under its load, is led on again as far as its lead goes.
+void Supervisor::see_whether_it_comes()
+{
+    if (!is_commanded_ || !rules_.lead_max_rad)
+        return;
+    if (!mark_ || std::abs(*seen_ - *mark_) > Following::progress_rad)
+        mark_ = seen_;
+    const double gap = std::abs(*reference_rad_ - *seen_);
+    const bool stands = seen_.at() - mark_.at() >= lasting;
+    comes_ = gap >= *rules_.lead_max_rad || (comes_ && !stands && gap > *rules_.lead_max_rad / 2.0);
+}
+
+/// Of a joint that goes at once wherever it is led.
+Finding Supervisor::judge_lead(const actuator::Command& running)
+{
+    const bool is_led =
+        running.mode == actuator::Mode::position && !limits_velocity_ && is_commanded_ && rules_.lead_max_rad;
+    const bool is_at_its_lead = is_led && seen_ && std::abs(*reference_rad_ - *seen_) >= *rules_.lead_max_rad;
+    if (!following_.is_blocked(seen_, is_at_its_lead))
+        return {};
+    return finding(Measure::end, Errc::timeout, does_not_follow(*seen_, *reference_rad_));
+}
+
+} // namespace sinew::robot
