@@ -10,12 +10,13 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 
 import can
 
 sys.path.insert(0, os.path.join(os.environ["SINEW_SOURCE"], "tests", "system"))
-from support import PATIENCE, SINEW, Simulator, as_json, environment, sinew  # noqa: E402
+from support import PATIENCE, SINEW, Simulator, Terminal, as_json, environment, sinew  # noqa: E402
 
 ROBOT = """
 version = 1
@@ -250,6 +251,84 @@ class Trouble(OnCan):
             last = next(lines)
         self.assertNotIn("error", last)
         self.assertIsNone(watch.poll())
+
+
+class Ended(OnCan):
+    """A program that plays and can stop its motors no more: its guardian does, through the kernel's CAN stack. In virtual time, so the
+    times do not depend on the load of the host."""
+    # The first byte of what tells a motor that moves to stop, and what that leaves it in.
+    STOPS = {"hold": (0xA2, "speed"), "release": (0x80, "off")}
+    TIMES = 3  # that the guardian sends it
+
+    def play(self, policy):
+        """Two motors go to and fro; and what passes from then on, as (seconds, id, data)."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "moving.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(f'{ROBOT}[safety]\npolicy = "{policy}"\ncommand_timeout_s = 0.2\n'
+                       '[sequence.on]\nsteps = [{repeat = "forever", steps = ['
+                       '{move = {hip_deg = 60, knee_deg = -60}}, {move = {hip_deg = -60, knee_deg = 60}}]}]\n')
+        begin = self.look("hip")["position_rad"]
+        program = Terminal("play", "on", "--robot", path, "--link", "legs=can:vcan1", "--yes")
+        end = time.monotonic() + PATIENCE
+        while abs(self.look("hip")["position_rad"] - begin) < 0.005:
+            self.assertLess(time.monotonic(), end, "it does not move")
+        dump = self.start("stdbuf", "-oL", "candump", "-L", "-T", "10000", "vcan1")
+
+        def frames():
+            for line in dump.stdout:
+                at, _, frame = line.split()
+                yield float(at.strip("()")), int(frame[:3], 16) - 0x140, bytes.fromhex(frame[4:])
+        passing = frames()
+        next(passing)
+        return program, passing
+
+    def look(self, joint):
+        return as_json("sim", "look", joint)[0]
+
+    def stops(self, passing, policy, since):
+        """When each of the motors that move was told to stop, in seconds since then; request and acknowledgement of a release are the
+        same, so that each is there twice."""
+        told = {1: [], 2: []}
+        for at, id, data in passing:
+            is_stop = data[0] == self.STOPS[policy][0] and data[1:] == bytes(7)
+            if at >= since and id in told and is_stop:
+                told[id].append(at - since)
+            if at >= since and all(len(times) >= self.TIMES for times in told.values()):
+                return told
+        raise AssertionError(f"only {told}")
+
+    def comes_to_rest(self, policy):
+        for joint in ("hip", "knee"):
+            end = time.monotonic() + PATIENCE
+            while abs(self.look(joint)["velocity_rad_s"]) > 1e-3:
+                self.assertLess(time.monotonic(), end, f"{joint} goes on")
+            self.assertEqual(self.look(joint)["mode"], self.STOPS[policy][1])
+
+    def test_of_a_program_that_is_killed_every_motor_is_told_at_once(self):
+        for policy in self.STOPS:
+            with self.subTest(policy=policy):
+                program, passing = self.play(policy)
+                at = time.time()
+                program.process.kill()
+                told = self.stops(passing, policy, at)
+                print(f"{policy}: told after {min(told[1]) * 1e3:.2f} and {min(told[2]) * 1e3:.2f} ms")
+                self.assertLess(max(told[1][0], told[2][0]), 0.01)  # before the program's next cycle
+                self.assertEqual(program.end(), -signal.SIGKILL)
+                self.comes_to_rest(policy)
+
+    def test_of_a_program_that_hangs_they_are_told_when_its_time_is_over(self):
+        program, passing = self.play("release")
+        at = time.time()
+        program.process.send_signal(signal.SIGSTOP)
+        told = self.stops(passing, "release", at)
+        print(f"release: told after {min(told[1]):.3f} s")
+        self.assertGreater(told[1][0], 4.4)  # 0.5 s, and four times SINEW_PATIENCE, since its latest sign of life
+        self.assertLess(told[2][0], 4.5 + 0.2 + 0.05)  # it is asked first, and given 0.2 s
+        self.comes_to_rest("release")
+        program.process.kill()
+        self.assertEqual(program.end(), -signal.SIGKILL)
 
 
 class KernelSlcan(unittest.TestCase):
