@@ -176,9 +176,9 @@ Outcome run(const Words& words)
     auto target = bus_target(words);
     if (!target)
         return std::unexpected(target.error());
-    if (target->family == nullptr || target->devices.empty())
-        return fail(Errc::bad_argument, "which devices? Add --family and --id N (once for each), or name a bus with "
-                                        "--robot FILE");
+    if (target->devices.empty())
+        if (auto found = find_devices(words, *target); !found)
+            return std::unexpected(found.error());
     std::vector<std::string> notes;
     // What cannot be right is said before anything is opened.
     if (auto early = steps_for(words, *target->family, target->devices, notes); !early)
@@ -230,7 +230,7 @@ Verb bus_verb()
                         sim_option,
                         link_option,
                         family_option,
-                        {"--id", "N", "the id of a device; once for each", true},
+                        {"--id", "N", "the id of a device; once for each; without it those that a scan finds", true},
                         model_option,
                         profile_option,
                         {"--measure", "TIME", "how long, such as 10s"},
@@ -239,7 +239,8 @@ Verb bus_verb()
                         json_option},
             .examples = {{"sinew bus left --robot arm.toml --measure 10s", "a bus of a robot file"},
                          {"sinew bus sim:robots/demo.toml#legs --measure 1s", "a simulated one, in virtual time"},
-                         {"sinew bus slcan:/dev/ttyACM0 --family rmd --id 1 --id 2 --measure 5s", "devices by id"}},
+                         {"sinew bus slcan:/dev/ttyACM0 --family rmd --id 1 --id 2 --measure 5s", "devices by id"},
+                         {"sinew bus serial:/dev/ttyUSB0 --measure 5s", "whoever answers a scan"}},
             .run = run,
             .more =
                 "Nothing but reads is sent. The prediction knows the bits and the response times; what is missing "

@@ -1,5 +1,7 @@
 #include "apps/cli/bus_target.hpp"
 
+#include "apps/cli/interrupt.hpp"
+#include "apps/cli/scanning.hpp"
 #include "sinew/base/bytes.hpp"
 
 #include <algorithm>
@@ -35,10 +37,8 @@ std::expected<BusTarget, Error> named_bus(const std::string& path, std::string_v
     }
     if (name.empty())
         return fail(Errc::bad_argument, fmt::format("which bus of {}? It has {}", path, fmt::join(names, ", ")));
-    const auto near = did_you_mean(name, names);
     return fail(Errc::unknown_name,
-                fmt::format("{} has no bus '{}' with joints{}", path, name,
-                            near.empty() ? fmt::format("; it has {}", fmt::join(names, ", ")) : near));
+                fmt::format("{} has no bus '{}' with joints{}", path, name, suggestion(name, names)));
 }
 
 std::expected<BusTarget, Error> bus_on_link(const Words& words, const std::string& link)
@@ -102,6 +102,41 @@ std::expected<std::vector<BusTarget>, Error> buses_of(const std::string& path)
         out.push_back(std::move(one));
     }
     return out;
+}
+
+std::expected<void, Error> find_devices(const Words& words, BusTarget& target)
+{
+    diagnosis::ScanPlan plan;
+    if (target.family != nullptr)
+        plan.families = {target.family};
+    const std::string link = words.text("BUS").value_or("");
+    if (const auto rate = bit_rate_of(link); rate != 0)
+        plan.bit_rate = rate;
+    std::vector<diagnosis::Found> found;
+    if (auto looked = look_for_devices(link_to_open(link, plan), plan, found); !looked)
+        return std::unexpected(looked.error());
+    if (interrupted())
+        return fail(Errc::stopped, "ended by Ctrl-C while it looked for devices");
+    if (found.empty())
+        return nobody_answered(link);
+    target.family = found.front().family;
+    target.link = with_bit_rate(link, *target.family, found.front().bit_rate);
+    target.bit_rate = bit_rate_of(target.link);
+    for (const auto& one : found) {
+        if (one.family != target.family)
+            return fail(Errc::bad_argument, fmt::format("{} and {} answer on {}; say which with --family",
+                                                        target.family->name, one.family->name, link));
+        Words named = words;
+        named.add("--family", std::string(one.family->name));
+        named.add("--id", std::to_string(one.id)); // the last one counts
+        if (!words.has("--profile") && !one.line.empty())
+            named.add("--profile", std::string(one.line));
+        auto device = device_of(named, target.link);
+        if (!device)
+            return std::unexpected(device.error());
+        target.devices.push_back(std::move(*device));
+    }
+    return {};
 }
 
 std::expected<BusTarget, Error> bus_target(const Words& words)

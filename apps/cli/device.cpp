@@ -37,6 +37,12 @@ std::expected<int, Error> id_of(const Words& words, const Family& family)
 
 } // namespace
 
+std::string suggestion(std::string_view name, std::span<const std::string_view> names)
+{
+    return names.empty() || !nearest(name, names).empty() ? did_you_mean(name, names)
+                                                          : fmt::format("; it has {}", fmt::join(names, ", "));
+}
+
 bool Device::answers(const wire::MessageInfo& message) const
 {
     if (!message.reply.exists() || (message.info.broadcast && id == family->broadcast_id))

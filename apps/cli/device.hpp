@@ -39,6 +39,8 @@ struct Device {
 /// of a recording as that.
 Error about(const Device& device, Error error);
 
+/// The end of a sentence that says that there is no such name: the nearest of those there are, else all.
+std::string suggestion(std::string_view name, std::span<const std::string_view> names);
 /// Names with a suggestion, for errors.
 std::expected<const Family*, Error> family_named(std::string_view name);
 std::expected<const wire::Profile*, Error> profile_named(const Family& family, std::string_view name);

@@ -123,10 +123,8 @@ std::unexpected<Error> unknown_field(const wire::MessageInfo& message, std::stri
         names.push_back(value.field->name);
     if (names.empty())
         return fail(Errc::unknown_name, fmt::format("{} has no fields, so '{}' means nothing", message.name(), name));
-    const auto near = did_you_mean(name, names);
     return fail(Errc::unknown_name,
-                fmt::format("{} has no field '{}'{}", message.name(), name,
-                            near.empty() ? fmt::format("; it has {}", fmt::join(names, ", ")) : near));
+                fmt::format("{} has no field '{}'{}", message.name(), name, suggestion(name, names)));
 }
 
 } // namespace

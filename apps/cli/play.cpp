@@ -12,7 +12,6 @@
 
 #include <charconv>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <set>
 
 namespace sinew::cli {
@@ -61,9 +60,7 @@ std::expected<config::Sequence, Error> sequence_from(const Words& words, const c
                                                     "[sequence.NAME] into it, or teach one with `sinew teach`",
                                                     file.path));
     return fail(Errc::unknown_name,
-                fmt::format("{} has no pose or sequence '{}'{}", file.path, name,
-                            nearest(name, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                         : did_you_mean(name, names)));
+                fmt::format("{} has no pose or sequence '{}'{}", file.path, name, suggestion(name, names)));
 }
 
 void collect(const config::RobotFile& file, const std::vector<Step>& steps, std::set<std::size_t>& joints)

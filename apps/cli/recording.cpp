@@ -1,5 +1,6 @@
 #include "apps/cli/recording.hpp"
 
+#include "apps/cli/device.hpp"
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/interrupt.hpp"
 #include "sinew/base/bytes.hpp"
@@ -7,7 +8,6 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <fstream>
 #include <utility>
 
@@ -84,10 +84,8 @@ std::expected<void, Error> check_names(std::string_view kind, const std::string&
     const std::vector<std::string_view> names(seen.begin(), seen.end());
     for (const auto& name : asked)
         if (!seen.contains(name))
-            return fail(Errc::unknown_name, fmt::format("{} has nothing of a {} '{}'{}", path, kind, name,
-                                                        !nearest(name, names).empty() || names.empty()
-                                                            ? did_you_mean(name, names)
-                                                            : fmt::format("; it has {}", fmt::join(names, ", "))));
+            return fail(Errc::unknown_name,
+                        fmt::format("{} has nothing of a {} '{}'{}", path, kind, name, suggestion(name, names)));
     return {};
 }
 

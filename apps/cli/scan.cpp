@@ -1,19 +1,15 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/present.hpp"
+#include "apps/cli/scanning.hpp"
 #include "apps/cli/session.hpp"
 #include "sinew/base/bytes.hpp"
-#include "sinew/diagnosis/scanner.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 namespace sinew::cli {
 namespace {
 
-using diagnosis::expected_time;
 using diagnosis::Found;
-using diagnosis::Pass;
 using diagnosis::ScanPlan;
 
 std::expected<wire::Range, Error> ids_from(std::string_view word)
@@ -53,51 +49,6 @@ std::expected<ScanPlan, Error> plan_from(const Words& words)
     return plan;
 }
 
-/// The rate to open a port with that must be given one: that of the plan, or of the first family.
-std::string link_to_open(const std::string& word, const ScanPlan& plan)
-{
-    const auto* family = plan.families.empty() ? find_family("sam") : plan.families.front();
-    return with_bit_rate(word, *family, plan.bit_rate.value_or(0));
-}
-
-std::string time_text(Duration time)
-{
-    const double s = seconds(time);
-    return s < 90.0 ? fmt::format("{} s", static_cast<int>(std::ceil(s)))
-                    : fmt::format("{:.0f} min", std::ceil(s / 60.0));
-}
-
-std::string rate_text(std::uint32_t rate)
-{
-    return rate != 0 ? fmt::format("{} baud", rate) : "the rate of the link";
-}
-
-/// Places are rates here, whatever the family.
-std::size_t rates_of(std::span<const Pass> passes)
-{
-    std::vector<std::uint32_t> rates;
-    for (const auto& pass : passes)
-        if (std::ranges::find(rates, pass.bit_rate) == rates.end())
-            rates.push_back(pass.bit_rate);
-    return rates.size();
-}
-
-void announce(std::span<const Pass> passes, bool all)
-{
-    const auto likely = diagnosis::likely_places(passes);
-    const auto rates = rates_of(passes);
-    if (likely.size() == passes.size() || rates == 1 || all)
-        fmt::print(stderr, "Looking at {}: up to {}.\n",
-                   rates == 1 ? rate_text(passes.front().bit_rate) : fmt::format("{} bit rates", rates),
-                   time_text(expected_time(passes)));
-    else
-        fmt::print(stderr,
-                   "Looking at the likely places first: up to {}; if nobody answers, at {} bit rates, up to {} in "
-                   "all.\n",
-                   time_text(expected_time(likely)), rates, time_text(expected_time(passes)));
-    std::fflush(stderr);
-}
-
 void print_found(const Words& words, const std::string& link, const std::vector<Found>& found, bool complete)
 {
     if (words.json()) {
@@ -120,59 +71,29 @@ void print_found(const Words& words, const std::string& link, const std::vector<
         fmt::print("{}", table.text());
 }
 
-std::expected<void, Error> look(diagnosis::Scanner& scanner, const std::vector<Pass>& all, bool go_on,
-                                link::Clock& clock, std::vector<Found>& found)
-{
-    const TimePoint begin = clock.now();
-    const Duration expected = expected_time(all);
-    const auto at = [&](const Pass& pass, int id) {
-        progress(fmt::format("{} {}, id {} of {}, {} found, {} of {}", pass.family->name, rate_text(pass.bit_rate), id,
-                             pass.ids.high, found.size(), time_text(clock.now() - begin), time_text(expected)));
-    };
-    auto done = scanner.sweep(all, go_on, interrupted, at, found);
-    end_progress();
-    return done;
-}
-
 Outcome run(const Words& words)
 {
     const auto plan = plan_from(words);
     if (!plan)
         return std::unexpected(plan.error());
     const auto link = link_to_open(*words.text("LINK"), *plan);
-    Session session;
-    auto opened = session.open(link);
-    if (!opened)
-        return std::unexpected(opened.error());
-    diagnosis::Line line(std::move(*opened), session.clock());
-    diagnosis::Scanner scanner(line);
-    const auto all = passes(*plan, line.can(), line.bit_rate());
-    if (all.empty() && !plan->families.empty() && plan->families.front()->can != line.can())
-        return fail(Errc::bad_argument,
-                    fmt::format("{} devices are on {}, which {} is not", plan->families.front()->name,
-                                plan->families.front()->can ? "CAN" : "serial lines", link));
-    if (all.empty())
-        return fail(Errc::bad_argument, "no family has such an id");
-    announce(all, plan->all);
     std::vector<Found> found;
-    const auto done = look(scanner, all, plan->all, session.clock(), found);
-    print_found(words, link, found, done && !interrupted());
-    if (!done)
-        return std::unexpected(done.error());
-    if (scanner.left_out() > 0)
+    const auto left_out = look_for_devices(link, *plan, found);
+    if (!left_out && found.empty())
+        return std::unexpected(left_out.error());
+    print_found(words, link, found, left_out && !interrupted());
+    if (!left_out)
+        return std::unexpected(left_out.error());
+    if (*left_out > 0)
         fmt::print(stderr,
                    "{} ids were left out: at another bit rate a question to them would be heard as a command.\n",
-                   scanner.left_out());
+                   *left_out);
     if (interrupted()) {
         fmt::print(stderr, "Ended by Ctrl-C: this is what was found until then.\n");
         return exit_interrupted;
     }
-    if (found.empty() && record::is_replay(link))
-        return fail(Errc::timeout, fmt::format("{} has no answer to what scan asks; sinew replay shows what is in it",
-                                               link::parse_uri(link)->target));
     if (found.empty())
-        return fail(Errc::timeout,
-                    fmt::format("nobody answered on {}; is the device powered, and is the wiring right?", link));
+        return nobody_answered(link);
     return exit_done;
 }
 

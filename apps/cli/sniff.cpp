@@ -52,14 +52,15 @@ std::expected<std::optional<record::FileWriter>, Error> file_for(const Words& wo
     return std::optional(std::move(*file));
 }
 
+/// `heard`: how many frames there were, shown or not.
 Outcome listen(Source& source, Listener& listener, Screen& screen, record::FileWriter* file,
-               std::optional<Duration> time, std::uint64_t count)
+               std::optional<Duration> time, std::uint64_t count, std::uint64_t& heard)
 {
     const link::RealClock clock;
     const TimePoint end = time ? clock.now() + *time : TimePoint::max();
-    const auto use = [&](const Heard& heard) {
+    const auto use = [&](const Heard& one) {
         if (screen.shown() < count)
-            screen.show(heard);
+            screen.show(one);
     };
     int code = exit_done;
     while (!interrupted() && !source.over && screen.shown() < count && clock.now() < end) {
@@ -80,6 +81,7 @@ Outcome listen(Source& source, Listener& listener, Screen& screen, record::FileW
         }
         if (auto added = file != nullptr ? file->add(**one) : std::expected<void, Error>{}; !added)
             return std::unexpected(added.error());
+        ++heard;
         listener.hear(**one, use);
     }
     listener.fall_silent(use);
@@ -116,9 +118,12 @@ Outcome run(const Words& words)
     if (!file)
         return std::unexpected(file.error());
     Screen screen(words, std::move(*filter));
+    std::uint64_t heard = 0;
     const auto outcome = listen(**source, *listener, screen, *file ? &**file : nullptr, *time,
-                                *count ? static_cast<std::uint64_t>(**count) : ~std::uint64_t{0});
+                                *count ? static_cast<std::uint64_t>(**count) : ~std::uint64_t{0}, heard);
     screen.summary();
+    if (replayed && outcome && *outcome == exit_done && heard == 0 && !interrupted())
+        return fail(Errc::bad_file, fmt::format("{} has no frames", *replayed == "-" ? "what came in" : *replayed));
     return outcome;
 }
 

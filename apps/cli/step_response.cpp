@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace sinew::cli {
 namespace {
@@ -82,10 +81,7 @@ std::expected<Device, Error> joint_of(const config::RobotFile& file, const std::
                           // The caller keeps the file.
                           .file = std::shared_ptr<const config::RobotFile>(std::shared_ptr<void>(), &file)};
     }
-    return fail(Errc::unknown_name,
-                fmt::format("{} has no joint '{}'{}", file.path, name,
-                            nearest(name, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                         : did_you_mean(name, names)));
+    return fail(Errc::unknown_name, fmt::format("{} has no joint '{}'{}", file.path, name, suggestion(name, names)));
 }
 
 void start_at(config::RobotFile& file, const std::string& name, double joint_rad)

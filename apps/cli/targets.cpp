@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace sinew::cli {
 namespace {
@@ -65,10 +64,7 @@ std::expected<std::vector<Device>, Error> joints_of(const Words& words, const st
     for (const auto& device : *all)
         names.push_back(device.joint->name);
     if (only && std::ranges::find(names, *only) == names.end())
-        return fail(Errc::unknown_name,
-                    fmt::format("{} has no joint '{}'{}", path, *only,
-                                nearest(*only, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                              : did_you_mean(*only, names)));
+        return fail(Errc::unknown_name, fmt::format("{} has no joint '{}'{}", path, *only, suggestion(*only, names)));
     if (only)
         std::erase_if(*all, [&](const Device& device) { return device.joint->name != *only; });
     if (auto given = give_links(words, *all); !given)
@@ -177,9 +173,7 @@ std::expected<std::map<std::string, std::string>, Error> given_links(const Words
                 fmt::format("--link takes BUS=LINK, such as left=serial:/dev/ttyUSB0?baud=1500000, not '{}'", word));
         if (std::ranges::find(names, bus) == names.end())
             return fail(Errc::unknown_name,
-                        fmt::format("{} has no bus '{}'{}", file.path, bus,
-                                    nearest(bus, names).empty() ? fmt::format("; it has {}", fmt::join(names, ", "))
-                                                                : did_you_mean(bus, names)));
+                        fmt::format("{} has no bus '{}'{}", file.path, bus, suggestion(bus, names)));
         out.insert_or_assign(std::string(bus), std::string(word.substr(equals + 1)));
     }
     return out;

@@ -25,9 +25,13 @@ constexpr Duration look = std::chrono::milliseconds(50);
 std::expected<std::vector<std::string>, Error> joints_from(const Words& words, const config::RobotFile& file)
 {
     std::vector<std::string> names(words.all("--joint").begin(), words.all("--joint").end());
+    std::vector<std::string_view> known;
+    for (const config::Joint& joint : file.joints)
+        known.emplace_back(joint.name);
     for (const std::string& name : names)
         if (file.find_joint(name) == nullptr)
-            return fail(Errc::unknown_name, fmt::format("{} has no joint '{}'", file.path, name));
+            return fail(Errc::unknown_name,
+                        fmt::format("{} has no joint '{}'{}", file.path, name, suggestion(name, known)));
     if (!names.empty())
         return names;
     if (const config::Pose* pose = file.find_pose(words.text("POSE").value_or("")))

@@ -268,7 +268,8 @@ class Teach(Files):
         words = ["--robot", self.arm, "--yes"]
         self.assertIn("may only have letters", sinew("teach", "a b", *words, code=2).stderr)
         self.assertIn("is a sequence of", sinew("teach", "nod", *words, code=2).stderr)
-        self.assertIn("no joint 'elbwo'", sinew("teach", "x", "--joint", "elbwo", *words, code=2).stderr)
+        self.assertIn("no joint 'elbwo', did you mean elbow?", sinew("teach", "x", "--joint", "elbwo", *words, code=2).stderr)
+        self.assertIn("no joint 'nobody'; it has elbow, wrist\n", sinew("teach", "x", "--joint", "nobody", *words, code=2).stderr)
         self.assertIn("say --yes", sinew("teach", "x", "--robot", self.arm, code=2).stderr)
         self.assertEqual(self.read(), ARM)
 

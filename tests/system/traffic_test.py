@@ -112,13 +112,34 @@ class Measure(InFolder):
         self.refused(["bus", f"sim:{DEMO}", "--measure", "1s"], 2, "which bus", "left")
         self.refused(["bus", f"sim:{DEMO}#lfet", "--measure", "1s"], 2, "lfet", "did you mean left?")
         self.refused(["bus", "left", "--measure", "1s"], 2, "--robot")
-        self.refused(["bus", "serial:/dev/null", "--measure", "1s"], 2, "--family")
+        self.refused(["bus", "serial:/dev/sinew-is-not-here", "--measure", "1s"], 3)
         self.refused(["bus", "serial:/dev/null", "--family", "sam", "--id", "255", "--measure", "1s"], 2, "0 … 254")
         self.refused(["bus", "serial:/dev/sinew-is-not-here", "--family", "nuri", "--id", "1", "--measure", "1s"], 3)
         self.refused(["bus", f"sim:{DEMO}#left", "--measure", "1s", "--message", "read-input-voltge"], 2, "did you mean")
         self.refused(["bus", f"sim:{DEMO}#left", "--measure", "10ms", "--write", self.path("x.txt")], 2, ".pcapng")
         self.refused(["bus", f"sim:{DEMO}#left", "--measure", "10ms", "--write", self.path("x.log")], 2, "CAN frames only")
         self.refused(["bus", "sim:/is/not/here.toml#left", "--measure", "1s"], 9)
+
+
+class Found(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        os.environ["XDG_RUNTIME_DIR"] = folder.name
+        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
+        self.sim = Simulator()
+        self.addCleanup(self.sim.close)
+
+    def test_without_ids_it_measures_whoever_answers_a_scan(self):
+        port = self.sim.link["waist"].split("?")[0]  # without the rate, which they are found at
+        for link, family, rate, count in ((port, "nuri", 115200, 4), (self.sim.link["legs"], "rmd", 1000000, 6)):
+            got = as_json("bus", link, "--measure", "50ms")
+            self.assertEqual((got["family"], got["bit_rate"]), (family, rate))
+            self.assertEqual({step["joint"] for step in got["cycle"]}, {f"{family} {n}" for n in range(1, count + 1)})
+        for joint in ("left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle"):
+            sinew("sim", "fault", joint, "unplug")
+        done = sinew("bus", self.sim.link["legs"], "--measure", "50ms", code=7)
+        self.assertIn("nobody answered on", done.stderr)
 
 
 class Plan(InFolder):
@@ -294,6 +315,20 @@ def write_serial(path, pieces):
         for time, data in pieces:
             micros = round(time * 1e6)
             file.write(block(6, struct.pack(">5I", 0, micros >> 32, micros & 0xFFFFFFFF, len(data), len(data)) + data))
+
+
+class Empty(InFolder):
+    def test_a_recording_without_a_frame_is_said_to_have_none(self):
+        empty = self.path("empty.log")
+        open(empty, "w", encoding="utf-8").close()
+        for words, name in ((["/dev/null"], "/dev/null"), ([empty, "--json"], empty), (["-"], "what came in")):
+            done = sinew("sniff", "--replay", *words, code=9)
+            self.assertEqual(done.stdout, "")
+            self.assertIn(f"sinew: {name} has no frames\n", done.stderr)
+        full = self.path("full.log")
+        with open(full, "w", encoding="utf-8") as file:
+            file.write("(1.0) can0 141#9A00000000000000\n")
+        sinew("sniff", "--replay", full, "--id", "9")  # it has some, and none of those
 
 
 class Live(InFolder):
