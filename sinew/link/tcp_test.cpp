@@ -11,6 +11,14 @@
 namespace sinew::link {
 namespace {
 
+int option_of(int fd, int level, int option)
+{
+    int value = -1;
+    socklen_t size = sizeof value;
+    EXPECT_EQ(::getsockopt(fd, level, option, &value, &size), 0);
+    return value;
+}
+
 class Tcp : public ::testing::Test
 {
 protected:
@@ -70,10 +78,37 @@ TEST_F(Tcp, SendsRequestsWithoutDelay)
 {
     auto link = open();
     ASSERT_TRUE(link);
-    int on = 0;
-    socklen_t size = sizeof on;
-    ASSERT_EQ(::getsockopt((*link)->handle(), IPPROTO_TCP, TCP_NODELAY, &on, &size), 0);
-    EXPECT_NE(on, 0);
+    EXPECT_NE(option_of((*link)->handle(), IPPROTO_TCP, TCP_NODELAY), 0);
+}
+
+/// What notices a box that lost its power: silent for 5 s, then asked three times, a second apart.
+void expect_keep_alive(int fd)
+{
+    EXPECT_NE(option_of(fd, SOL_SOCKET, SO_KEEPALIVE), 0);
+    EXPECT_EQ(option_of(fd, IPPROTO_TCP, TCP_KEEPIDLE), 5);
+    EXPECT_EQ(option_of(fd, IPPROTO_TCP, TCP_KEEPINTVL), 1);
+    EXPECT_EQ(option_of(fd, IPPROTO_TCP, TCP_KEEPCNT), 3);
+    EXPECT_EQ(option_of(fd, IPPROTO_TCP, TCP_USER_TIMEOUT), 8000) << "of what was sent and not acknowledged";
+}
+
+TEST_F(Tcp, NoticesABoxThatLostItsPower)
+{
+    auto link = open();
+    ASSERT_TRUE(link);
+    expect_keep_alive((*link)->handle());
+    ASSERT_TRUE(box_sees(true));
+    expect_keep_alive(box_->handle());
+}
+
+TEST_F(Tcp, NoticesItAfterALossToo)
+{
+    const auto reopen = reopen_tcp(*parse_uri(fmt::format("tcp://127.0.0.1:{}", box_->port())), clock_);
+    auto link = reopen();
+    const TimePoint deadline = clock_.now() + test::patience;
+    while (!link && clock_.now() < deadline)
+        link = reopen();
+    ASSERT_TRUE(link);
+    expect_keep_alive(std::get<std::unique_ptr<ByteLink>>(*link)->handle());
 }
 
 TEST_F(Tcp, KnowsTheRateOnlyWhenItIsTold)
