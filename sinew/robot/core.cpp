@@ -61,6 +61,13 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
     if (!resolved)
         return std::unexpected(std::move(resolved.error()));
     core->resolved = std::move(*resolved);
+    // One wait looks at two descriptors of each; those of further ones would wake nobody.
+    constexpr std::size_t most_buses = link::RealClock::max_handles / 2;
+    if (core->file.buses.size() > most_buses)
+        return config::fail_at(core->file, core->file.buses[most_buses].at,
+                               fmt::format("a robot has at most {} buses, and this one has {}; drive the others from a "
+                                           "second program with a file of its own.",
+                                           most_buses, core->file.buses.size()));
     for (const auto& [name, link] : options.links)
         if (core->file.find_bus(name) == nullptr)
             return fail(Errc::unknown_name, fmt::format("{} has no bus '{}'", core->file.path, name));
@@ -179,7 +186,7 @@ std::expected<void, Error> Core::cycle()
 
 std::expected<void, Error> Core::run(Duration period, const std::function<bool()>& each, TimePoint until)
 {
-    constexpr std::size_t most_handles = 32;
+    constexpr std::size_t most_handles = link::RealClock::max_handles;
     ask_for_real_time();
     TimePoint next = clock->now();
     leaving = false;

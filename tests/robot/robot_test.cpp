@@ -279,6 +279,24 @@ TEST(Robot, AGearThatIsNotTheDevicesOwnIsNotEnabledAndNothingMoves)
     EXPECT_FALSE(rig.robot->enabled());
 }
 
+TEST(Robot, OfMoreBusesThanOneWaitLooksAtIsNotOpened)
+{
+    const auto with_buses = [](int count) {
+        std::string text = "version = 1\n";
+        for (int i = 0; i < count; ++i)
+            text += fmt::format("[bus.b{0}]\nfamily = \"rmd\"\n[joint.j{0}]\nbus = \"b{0}\"\nid = 1\n", i);
+        return file_of(text);
+    };
+    const auto file = with_buses(17);
+    const auto simulator = *sim::Simulator::make(file);
+    const auto robot = Robot::open(file, links_of(*simulator), simulator->clock(), {.simulated = true});
+    ASSERT_FALSE(robot.has_value());
+    const auto why = to_sentence(robot.error());
+    EXPECT_NE(why.find("a robot has at most 16 buses, and this one has 17"), std::string::npos) << why;
+    Rig sixteen(with_buses(16));
+    EXPECT_EQ(sixteen.robot->buses().size(), 16U);
+}
+
 TEST(Robot, AnUnknownJointIsAnErrorWithTheNearestName)
 {
     Rig rig(demo());
