@@ -211,8 +211,7 @@ std::size_t Bus::take_note(const wire::Frame& frame, std::size_t count)
         written_ = 0;
         return 1;
     }
-    if (written_ == 0 && count > 0)
-        part_ = frame;
+    part_ = frame;
     written_ += count;
     return 0;
 }

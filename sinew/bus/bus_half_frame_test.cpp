@@ -1,5 +1,5 @@
 #include "sinew/bus/bus.hpp"
-#include "sinew/bus/fake_family.hpp"
+#include "sinew/bus/fake_scripted.hpp"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -56,18 +56,19 @@ public:
 
     std::vector<std::uint8_t> written;
     int tries = 0; ///< without room
-    std::size_t first_part = 2;
+    std::size_t first_part = 0;
 
 private:
     WakingClock& clock_;
 };
 
-/// A command of which the port took the first half, and a stop that is set.
-class BusHalfFrame : public ::testing::Test
+/// A command of which the port took the first bytes, and a stop that is set.
+class BusHalfFrame : public ::testing::TestWithParam<std::size_t>
 {
 protected:
     void SetUp() override
     {
+        link_.first_part = GetParam();
         clock_.has_room = clock_.now() + 100ms;
         bus_.set_stop({&stop_, 1});
         bus_.start({&set_, 1}, {&result_, 1});
@@ -101,16 +102,17 @@ protected:
     Result result_;
 };
 
-TEST_F(BusHalfFrame, IsFinishedBeforeAStopAndNobodySpins)
+TEST_P(BusHalfFrame, IsFinishedBeforeAStopAndNobodySpins)
 {
     bus_.request_stop();
     EXPECT_TRUE(drive({&self_, 1}));
     expect_written({set_, stop_});
     EXPECT_EQ(result_.error.code, Errc::stopped);
     EXPECT_TRUE(bus_.stop_results()[0].good);
+    EXPECT_FALSE(bus_.handles()[0].wants_write) << "nothing is left to write";
 }
 
-TEST_F(BusHalfFrame, OfAnExchangeThatIsOverHoldsUpNoStopBeyondItsRest)
+TEST_P(BusHalfFrame, OfAnExchangeThatIsOverHoldsUpNoStopBeyondItsRest)
 {
     bus_.start({}, {});
     EXPECT_EQ(result_.error.code, Errc::stopped);
@@ -120,7 +122,7 @@ TEST_F(BusHalfFrame, OfAnExchangeThatIsOverHoldsUpNoStopBeyondItsRest)
     EXPECT_TRUE(bus_.stop_results()[0].good);
 }
 
-TEST_F(BusHalfFrame, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
+TEST_P(BusHalfFrame, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
 {
     const wire::Request next = unanswered(7);
     Result next_result;
@@ -131,21 +133,59 @@ TEST_F(BusHalfFrame, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
     expect_written({set_, next});
 }
 
-/// The same where it took only one byte.
-class BusFirstByte : public BusHalfFrame
+INSTANTIATE_TEST_SUITE_P(OfSoManyBytes, BusHalfFrame, ::testing::Values(1U, 2U, 3U));
+
+/// An adapter that takes a part of a frame, refuses the rest of it, and stays open.
+class BusRefusedRest : public ::testing::Test
 {
 protected:
-    BusFirstByte() { link_.first_part = 1; }
+    void begin_with_two_bytes()
+    {
+        line_.link.rooms = {2};
+        line_.bus.start({&set_, 1}, {&result_, 1});
+        ASSERT_FALSE(line_.bus.work());
+    }
+    void refuse_the_rest()
+    {
+        line_.link.refuses = true;
+        EXPECT_TRUE(line_.bus.work());
+        line_.link.refuses = false;
+    }
+    std::vector<std::uint8_t> behind_two_bytes(const wire::Frame& frame) const
+    {
+        std::vector<std::uint8_t> all = fake::bytes_of(set_.frame);
+        all.resize(2);
+        all.insert(all.end(), frame.bytes().begin(), frame.bytes().end());
+        return all;
+    }
+
+    fake::Scripted<link::ByteLink> line_{framed};
+    const wire::Request set_ = *wire::make_request(3, fake::Set{.value = 9});
+    const wire::Request read_ = *wire::make_request(4, fake::Read{});
+    Result result_;
 };
 
-TEST_F(BusFirstByte, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
+TEST_F(BusRefusedRest, IsNotFinishedByTheNextExchange)
 {
-    const wire::Request next = unanswered(7);
-    Result next_result;
-    bus_.start({&next, 1}, {&next_result, 1});
-    EXPECT_TRUE(drive({&self_, 1}));
-    EXPECT_TRUE(next_result.good);
-    expect_written({set_, next});
+    begin_with_two_bytes();
+    EXPECT_TRUE(line_.bus.handles()[0].wants_write);
+    refuse_the_rest();
+    EXPECT_EQ(result_.error.code, Errc::link_failed);
+    EXPECT_FALSE(line_.bus.handles()[0].wants_write) << "nothing is left to write";
+    line_.link.answers = {{0x55, 4, 1, 42}};
+    EXPECT_TRUE(line_.bus.call(4, fake::Read{}).has_value());
+    EXPECT_EQ(line_.link.all_written(), behind_two_bytes(read_.frame));
+}
+
+TEST_F(BusRefusedRest, OfAnExchangeThatIsOverCountsForNoRequestOfTheNext)
+{
+    begin_with_two_bytes();
+    line_.bus.start({}, {});
+    refuse_the_rest();
+    line_.link.rooms = {2};
+    line_.link.answers = {{0x55, 4, 1, 42}};
+    EXPECT_TRUE(line_.bus.call(4, fake::Read{}).has_value());
+    EXPECT_EQ(line_.link.all_written(), behind_two_bytes(read_.frame));
 }
 
 } // namespace

@@ -2,6 +2,8 @@
 #include "sinew/bus/fake_family.hpp"
 #include "sinew/link/virtual.hpp"
 
+#include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -138,6 +140,42 @@ TEST_F(BusReopen, EndsAllThatWaitsWhenTheLinkIsLost)
         EXPECT_EQ(result.reply().error().code, Errc::link_lost);
 }
 
+TEST_F(BusReopen, AnExchangeFailsAsAWholeForAsLongAsTheLinkIsLost)
+{
+    adapter_.pull_out();
+    const auto read = *wire::make_request(3, fake::Read{});
+    const std::array requests{read, read};
+    std::array<Result, 2> results;
+    for (const std::size_t count : {1U, 2U, 1U, 2U}) {
+        const auto done = bus_.exchange(std::span(requests).first(count), std::span(results).first(count));
+        ASSERT_FALSE(done.has_value()) << count << " of them";
+        EXPECT_EQ(done.error().code, Errc::link_lost);
+        pass(1s);
+    }
+    adapter_.plugged = true;
+    EXPECT_TRUE(bus_.exchange(requests, results).has_value());
+}
+
+TEST_F(BusReopen, AStopThatALossCutShortGoesOutAgainWhenTheLinkIsBack)
+{
+    auto stop = *wire::make_request(3, fake::Set{.value = 0});
+    stop.answered = false;
+    bus_.set_stop({&stop, 1});
+    bus_.request_stop();
+    ASSERT_FALSE(bus_.work()) << "its bits are on the wire";
+    adapter_.pull_out();
+    EXPECT_TRUE(bus_.work());
+    EXPECT_EQ(bus_.stop_results()[0].error.code, Errc::link_lost);
+    adapter_.plugged = true;
+    adapter_.heard.clear();
+    pass(100ms);
+    Bus* const self = &bus_;
+    EXPECT_TRUE(drive({&self, 1}));
+    ASSERT_EQ(adapter_.heard.size(), 1U);
+    EXPECT_TRUE(std::ranges::equal(adapter_.heard[0], stop.frame.bytes()));
+    EXPECT_TRUE(bus_.stop_results()[0].good);
+}
+
 TEST_F(BusReopen, TellsOfALossAlthoughNothingWasAskedMeanwhile)
 {
     adapter_.pull_out();
@@ -173,6 +211,17 @@ TEST_F(BusReopen, SetsTheLastBitRateAgain)
     EXPECT_EQ(call(), fine);
     EXPECT_EQ(adapter_.heard_rate, 9600U);
     EXPECT_EQ(bus_.link_state().bit_rate, 9600U);
+}
+
+TEST_F(BusReopen, LeavesTheBitRateWithWhichTheLinkWasOpened)
+{
+    adapter_.pull_out();
+    EXPECT_EQ(call(), Errc::link_lost);
+    adapter_.plugged = true;
+    pass(100ms);
+    EXPECT_EQ(call(), fine);
+    EXPECT_EQ(bus_.link_state().bit_rate, 100'000U);
+    EXPECT_EQ(bus_.conversation().line().bit_rate, 100'000U);
 }
 
 TEST_F(BusReopen, RefusesALinkOfAnotherKind)

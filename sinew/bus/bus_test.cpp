@@ -210,6 +210,7 @@ TEST(Bus, OutlivesAnAdapterThatRefusesOneFrame)
     RefusingLink& link = *made;
     Bus bus("refusing", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, framed);
     EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::link_failed);
+    EXPECT_EQ(clock.waits, 0) << "there is nothing to wait for";
     link.refuse = false;
     EXPECT_TRUE(bus.send(3, fake::Set{}).has_value());
     link.is_gone = true;
@@ -232,7 +233,8 @@ TEST(Bus, GivesUpAPortThatTakesNoBytes)
     JumpingClock clock;
     Bus bus("stuck", link::AnyLink{std::unique_ptr<link::ByteLink>{std::make_unique<StuckLink>()}}, clock, framed);
     EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::link_failed);
-    EXPECT_LE(clock.waits, 3) << "it waits and does not spin";
+    EXPECT_EQ(clock.now().time_since_epoch(), 1s + 1s);
+    EXPECT_EQ(clock.waits, 1);
     bus.request_stop();
     EXPECT_EQ(bus.send(3, fake::Set{}).error().code, Errc::stopped);
 }
@@ -246,6 +248,20 @@ TEST(Bus, IsStoppedFromAnotherThread)
     EXPECT_TRUE(rig.responder.heard.empty());
     rig.bus->clear_stop();
     EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
+}
+
+TEST(Bus, AStopGoesOutAgainAfterItWasCleared)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    auto stop = *wire::make_request(3, fake::Set{.value = 0});
+    stop.answered = false;
+    rig.bus->set_stop({&stop, 1});
+    for (std::size_t times = 1; times <= 3; ++times) {
+        rig.bus->stop();
+        EXPECT_EQ(rig.responder.heard.size(), times * stop.frame.size);
+        rig.bus->clear_stop();
+    }
 }
 
 TEST(Bus, AnExchangeThatBeginsDoesNotEndAStopThatIsOnItsWay)
@@ -332,6 +348,54 @@ TEST(Bus, AStopOfABusWithNothingToDoGoesOutWhileAnotherOneIsWaitedFor)
     EXPECT_TRUE(drive(both));
     ASSERT_EQ(idle.bus->stop_results().size(), 1U);
     EXPECT_EQ(idle.bus->stop_results()[0].sent_at.time_since_epoch(), 1s);
+}
+
+/// What each wait looked at.
+class LookingClock final : public JumpingClock
+{
+public:
+    void wait(std::span<const link::Handle> handles, TimePoint deadline) override
+    {
+        seen.assign(handles.begin(), handles.end());
+        JumpingClock::wait(handles, deadline);
+    }
+    std::vector<link::Handle> seen;
+};
+
+TEST(Bus, AWaitLooksAtLinkAndStopOfABusyBusAndAtTheStopOfAnIdleOne)
+{
+    LookingClock clock;
+    Rig idle(clock);
+    Rig busy(clock);
+    const auto request = *wire::make_request(3, fake::Read{});
+    Result result;
+    busy.bus->start({&request, 1}, {&result, 1});
+    Bus* const both[] = {&*idle.bus, &*busy.bus};
+    EXPECT_TRUE(drive(both));
+    ASSERT_EQ(clock.seen.size(), 3U);
+    EXPECT_EQ(clock.seen[0].fd, idle.bus->handles()[1].fd);
+    EXPECT_EQ(clock.seen[1].fd, -1) << "a virtual link";
+    EXPECT_EQ(clock.seen[2].fd, busy.bus->handles()[1].fd);
+    for (const auto& handle : clock.seen)
+        EXPECT_FALSE(handle.wants_write) << "that would end the wait at once";
+}
+
+TEST(Bus, MoreBusesThanAWaitLooksAtAreDrivenAllTheSame)
+{
+    LookingClock clock;
+    std::vector<std::unique_ptr<Rig>> rigs;
+    std::vector<Bus*> buses;
+    const auto request = *wire::make_request(3, fake::Read{});
+    std::array<Result, 17> results;
+    for (Result& result : results) {
+        rigs.push_back(std::make_unique<Rig>(clock));
+        buses.push_back(&*rigs.back()->bus);
+        buses.back()->start({&request, 1}, {&result, 1});
+    }
+    EXPECT_TRUE(drive(buses));
+    EXPECT_EQ(clock.seen.size(), 32U);
+    for (const Result& result : results)
+        EXPECT_TRUE(result.good);
 }
 
 TEST(Bus, DrivesNoLongerThanItIsAllowedTo)

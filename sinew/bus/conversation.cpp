@@ -80,7 +80,6 @@ void Conversation::begin_stop(std::span<const wire::Request> requests, std::span
 /// The frame boundary has come.
 void Conversation::cut_in(TimePoint now)
 {
-    unusual_.stop_due = false;
     abandon(Error{.code = Errc::stopped}, now);
     begin(stop_requests_, stop_results_);
     unusual_.urgent = !stop_requests_.empty();
@@ -95,7 +94,7 @@ void Conversation::abandon(const Error& error, TimePoint now)
     unusual_.stop_due = false;
     if (line_.can && sent_count_ > 0)
         clear_at_ = std::max(clear_at_, now) + on_wire_;
-    if (unusual_.probing && probe_result_.stage == Result::Stage::sent)
+    if (unusual_.probing && !probe_result_.good)
         quarantine(now);
     unusual_.probing = unusual_.unproven = unusual_.urgent = false;
     // Of an exchange that has ended nothing is left to end, and its results may be gone.

@@ -176,7 +176,7 @@ private:
     bool in_flight() const;
     bool is_confirmed(const wire::Request& request, Result& result, TimePoint at);
     void quarantine(TimePoint now);
-    bool begin_probe(const wire::Request& request);
+    void begin_probe(const wire::Request& request);
     void end_probe(TimePoint now);
     void receive_bare(std::span<const std::uint8_t> bytes, TimePoint at);
     std::size_t receive_framed(std::span<const std::uint8_t> bytes, bool silent, TimePoint at);

@@ -7,9 +7,10 @@
 /// Serial lines: one request after the other, framed replies or bare ones.
 namespace sinew::bus {
 
+/// Of an exchange that has ended nothing is looked at any more: requests and results may be gone.
 bool Conversation::in_flight() const
 {
-    return current_ < requests_.size() && current_result()->stage == Result::Stage::sent;
+    return open_ != 0 && current_result()->stage == Result::Stage::sent;
 }
 
 Conversation::Next Conversation::next_serial(TimePoint now)
@@ -30,8 +31,8 @@ Conversation::Next Conversation::next_serial(TimePoint now)
             if (!trusted && !unusual_.probing) {
                 unusual_.quarantined = false;
                 drop_buffered(now);
-                if (begin_probe(request))
-                    continue;
+                begin_probe(request);
+                continue;
             }
             result.sent_at = now;
             return {.transmit = {&request.frame, 1}};
@@ -84,17 +85,17 @@ bool Conversation::is_confirmed(const wire::Request& request, Result& result, Ti
     return false;
 }
 
-bool Conversation::begin_probe(const wire::Request& request)
+/// Of a device that has one, unless it is what is asked: then the line is trusted without it.
+void Conversation::begin_probe(const wire::Request& request)
 {
     auto probe = protocol_.probe(request.id);
     if (!probe || probe->message == request.message)
-        return false;
+        return;
     probe_ = *probe;
     probe_.response_time = request.response_time;
     probe_result_.reset();
     unusual_.probing = true;
     ++open_;
-    return true;
 }
 
 void Conversation::end_probe(TimePoint now)
@@ -198,8 +199,8 @@ const wire::Request* Conversation::own_request(const wire::Frame& frame) const
 {
     if (in_flight() && frame == current_request()->frame)
         return current_request();
-    const std::size_t before = std::min(current_, requests_.size());
-    return before > 0 && frame == requests_[before - 1].frame ? &requests_[before - 1] : nullptr;
+    const bool has_one_before = open_ != 0 && current_ > 0;
+    return has_one_before && frame == requests_[current_ - 1].frame ? &requests_[current_ - 1] : nullptr;
 }
 
 /// Bytes without an owner. On a line of bare replies the next ones could be taken for an answer.

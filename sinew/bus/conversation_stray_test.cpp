@@ -122,6 +122,12 @@ TEST_F(ConversationStray, AnAnswerBehindTheBeginningOfAFrameIsFoundWhenTheLineIs
     EXPECT_EQ(seen_, (Seen{{Verdict::stray, 1}, {Verdict::taken, 4}}));
 }
 
+TEST_F(ConversationStray, WhereNothingIsKeptNothingIsShownWhenItIsDropped)
+{
+    conversation_.distrust(now_);
+    EXPECT_EQ(seen_, Seen{});
+}
+
 TEST_F(ConversationStray, BytesWithoutAnEndAreDroppedWhenNoMoreCanBeKept)
 {
     ask({3});

@@ -94,6 +94,20 @@ TEST(Conversation, RepeatsAReadButNeverACommand)
     EXPECT_EQ(talk.conversation.counters().timeouts, 3U);
 }
 
+TEST(Conversation, TheAnswerToASecondTryIsTheAnswer)
+{
+    Talk talk(framed);
+    talk.ask(std::pair{3, fake::Read{}});
+    talk.sent();
+    talk.now = talk.deadline();
+    ASSERT_TRUE(talk.sent());
+    talk.hear({0x55, 3, 1, 42});
+    ASSERT_TRUE(talk.done());
+    EXPECT_EQ(talk.results[0].reply_count, 1);
+    EXPECT_EQ(talk.results[0].reply()->data[3], 42);
+    EXPECT_FALSE(talk.conversation.busy());
+}
+
 TEST(Conversation, TakesNoAnswerOfAnotherDeviceOrMessage)
 {
     Talk talk(framed);
@@ -194,36 +208,6 @@ TEST(Conversation, SendsAllFramesOnCanAtOnceButOnePerIdentifier)
     EXPECT_EQ(talk.results[2].reply()->data[1], 12);
 }
 
-TEST(Conversation, EndsEveryRequestAtOnceWhileAStopIsOnItsWay)
-{
-    Talk talk(framed);
-    const auto stop = *wire::make_request(9, fake::Set{});
-    Result stopped;
-    talk.conversation.begin_stop({&stop, 1}, {&stopped, 1});
-    talk.ask(std::pair{1, fake::Read{}}, std::pair{2, fake::Read{}}, std::pair{3, fake::Read{}});
-    for (std::size_t i = 0; i < talk.results.size(); ++i) {
-        EXPECT_EQ(talk.results[i].error.code, Errc::stopped) << i;
-        EXPECT_EQ(talk.results[i].error.id, static_cast<int>(i) + 1);
-    }
-    EXPECT_EQ(talk.sent(), stop.frame);
-}
-
-TEST(Conversation, EndsEveryStopThatCouldNotGoOutAnyMore)
-{
-    Talk talk(framed);
-    const std::array stops = {*wire::make_request(8, fake::Set{}), *wire::make_request(9, fake::Set{})};
-    std::array<Result, 2> stopped;
-    talk.ask(std::pair{1, fake::Read{}});
-    talk.sent();
-    talk.conversation.begin_stop(stops, stopped);
-    talk.conversation.abandon({.code = Errc::link_lost}, talk.now);
-    for (std::size_t i = 0; i < stops.size(); ++i) {
-        EXPECT_EQ(stopped[i].reply().error().code, Errc::link_lost) << i;
-        EXPECT_EQ(stopped[i].error.id, stops[i].id);
-    }
-    EXPECT_FALSE(talk.conversation.busy());
-}
-
 TEST(Conversation, FindsWhoseAnswerItIsOnCanInWhateverOrderTheyCome)
 {
     Talk talk(framed, true);
@@ -275,18 +259,6 @@ TEST(Conversation, MarksAnswersOfADistrustedLineForAsLongAsAnAnswerCanBeLate)
     talk.sent();
     talk.hear({0x55, 3, 1, 0});
     EXPECT_FALSE(talk.results[0].possibly_older);
-}
-
-TEST(Conversation, AbandonsWhatIsNotDone)
-{
-    Talk talk(framed);
-    talk.ask(std::pair{3, fake::Read{}}, std::pair{4, fake::Read{}});
-    talk.sent();
-    talk.hear({0x55, 3, 1, 0});
-    talk.conversation.abandon({.code = Errc::link_lost}, talk.now);
-    EXPECT_TRUE(talk.results[0].good);
-    EXPECT_EQ(talk.results[1].reply().error().code, Errc::link_lost);
-    EXPECT_FALSE(talk.conversation.busy());
 }
 
 } // namespace

@@ -63,6 +63,46 @@ TEST(ConversationTime, AnAnswerThatWasNotAskedForMayStillComeAndMakesTheNextOneD
     EXPECT_FALSE(result.possibly_older);
 }
 
+TEST(ConversationTime, AnAnswerThatWasNotAskedForIsLateUntilItsDeviceHasHadItsTimeAndTheLink)
+{
+    for (const Duration late : {0ns, 1ns}) {
+        Conversation conversation(framed, {.can = false, .bit_rate = 100'000}, settings);
+        auto set = *wire::make_request(3, fake::Set{.value = 9}, {}, 2ms);
+        set.answered = false;
+        Result result;
+        TimePoint now{1s};
+        conversation.begin({&set, 1}, {&result, 1});
+        ASSERT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+        now = conversation.next(now).deadline;
+        ASSERT_TRUE(conversation.next(now).done);
+        conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 2, 9}, now + 2ms + settings.late_max + late);
+        EXPECT_EQ(conversation.counters().late, late == 0ns ? 1U : 0U);
+    }
+}
+
+TEST(ConversationTime, AnAnswerMayEndAfterThreeQuartersOfItsBitsAndNotBefore)
+{
+    const fake::FakeProtocol bare{true};
+    const auto taken = [](const wire::Protocol& protocol, const wire::Request& request, Duration after,
+                          const std::vector<std::uint8_t>& answer) {
+        Conversation conversation(protocol, {.can = false, .bit_rate = 100'000}, settings);
+        Result result;
+        const TimePoint now{1s};
+        conversation.begin({&request, 1}, {&result, 1});
+        EXPECT_EQ(conversation.next(now).transmit.size(), 1U);
+        conversation.transmitted(1, now);
+        conversation.received(answer, now + after);
+        return result.good;
+    };
+    const auto read = *wire::make_request(3, fake::Read{});
+    EXPECT_TRUE(taken(framed, read, 600us, {0x55, 3, 1, 7})) << "of 800 µs both ways";
+    EXPECT_FALSE(taken(framed, read, 600us - 1ns, {0x55, 3, 1, 7}));
+    const auto bare_read = *wire::make_request(3, fake::BareRead{});
+    EXPECT_TRUE(taken(bare, bare_read, 300us, {7, 7})) << "of 400 µs of the request";
+    EXPECT_FALSE(taken(bare, bare_read, 300us - 1ns, {7, 7}));
+}
+
 TEST(ConversationTime, ADoubtfulAnswerTeachesNothing)
 {
     constexpr Line line{.can = false, .bit_rate = 100'000};

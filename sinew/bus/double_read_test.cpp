@@ -89,6 +89,22 @@ TEST_F(DoubleRead, ThatDisagreesAgainIsNoAnswer)
     EXPECT_EQ(conversation_.counters(3).disagreements, 2U);
 }
 
+TEST_F(DoubleRead, OfWhichOnlyTheFirstIsAnsweredIsNoAnswer)
+{
+    ask(fake::BareRead{});
+    ASSERT_TRUE(sends(request_));
+    hear(8);
+    ASSERT_TRUE(sends(request_));
+    for (int i = 0; i < 20 && !done(); ++i) {
+        now_ = conversation_.next(now_).deadline;
+        if (!conversation_.next(now_).transmit.empty())
+            conversation_.transmitted(1, now_);
+    }
+    ASSERT_TRUE(done());
+    EXPECT_FALSE(result_.good);
+    EXPECT_EQ(result_.error.code, Errc::timeout);
+}
+
 TEST_F(DoubleRead, IsNoMatterOfCommands)
 {
     ask(fake::BareSet{});

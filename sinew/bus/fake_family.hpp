@@ -97,8 +97,13 @@ public:
         if (message.reply.layout == &bare)
             return reply.size == 2 && (&message != &info_of<BarePing> || reply.data[0] == asked.data[1]);
         if (message.reply.layout == &can)
-            return reply.can_id == asked.can_id && selects(message.reply, reply);
+            return (message.request.layout->can_fixed || reply.can_id == asked.can_id) && selects(message.reply, reply);
         return reply.data[1] == asked.data[1] && selects(message.reply, reply);
+    }
+    bool is_answer(const Frame& asked, const MessageInfo& message, const Frame& reply, Options options) const override
+    {
+        return message.reply.layout == &can ? answers(asked, message, reply, options)
+                                            : Protocol::is_answer(asked, message, reply, options);
     }
     std::expected<Request, Error> probe(int id) const override
     {
