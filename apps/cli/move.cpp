@@ -1,6 +1,7 @@
 #include "apps/cli/confirm.hpp"
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/help.hpp"
+#include "apps/cli/robot_record.hpp"
 #include "apps/cli/turning.hpp"
 #include "sinew/base/units.hpp"
 
@@ -44,12 +45,17 @@ Outcome ask_and_do(const Words& words, Device device, std::string_view question,
         return std::unexpected(yes.error());
     if (!*yes)
         return exit_refused;
+    const auto record = DeviceRecord::make(words);
+    if (!record)
+        return std::unexpected(record.error());
     Session session;
     auto driven = drive_and_read(session, std::move(device));
     if (!driven)
         return std::unexpected(driven.error());
+    if (*record)
+        (*record)->watch(session, *driven);
     show_state(words, *driven, {});
-    return what(session, *driven);
+    return recorded(what(session, *driven), record->get());
 }
 
 Outcome run_turning(const Words& words, const Turning& turning)
@@ -100,6 +106,7 @@ Verb move_verb()
                                         {"--current", "I", "drive with this current instead, such as 0.5A; RMD"},
                                         {"--torque", "T", "drive with this torque instead, such as 0.2Nm"},
                                         {"--for", "TIME", "how long, with --velocity, --current or --torque"},
+                                        record_option,
                                         yes_option,
                                         {"--json", "", "print one object per look and line"}}),
         .examples = {{"sinew move elbow 45deg --robot arm.toml", "asks first"},
@@ -107,6 +114,8 @@ Verb move_verb()
                      {"sinew move left_hip --velocity -20deg/s --for 1s --robot arm.toml --yes", "then it holds"},
                      {"sinew move left_ankle --current 0.2A --for 100ms --robot arm.toml --sim --yes",
                       "then it is released"},
+                     {"sinew move elbow 45deg --robot arm.toml --sim --yes --record run.mcap",
+                      "for sinew plot and sinew export"},
                      {"sinew move serial:/dev/ttyUSB0 -10deg --family nuri --id 1 --speed 5rpm --yes", "does not ask"}},
         .run = run,
         .acts = true,

@@ -220,7 +220,7 @@ Outcome run(const Words& words)
         return std::unexpected(session.error());
     robot::Robot& robot = (*session)->robot();
     if (record != nullptr)
-        record->watch(robot);
+        record->watch(robot, words.has("--sim"));
     if (auto on = robot.enable(); !on)
         return std::unexpected(on.error());
     Reporter reporter(words, robot);

@@ -1,6 +1,7 @@
 #include "apps/cli/rest.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/robot_record.hpp"
 #include "sinew/robot/hold_unseen.hpp"
 #include "sinew/robot/rules.hpp"
 
@@ -35,6 +36,12 @@ private:
 std::expected<void, Error> carry_out_planned(Driven& driven, const std::expected<wire::Requests, Error>& planned)
 {
     return planned ? carry_out(driven, *planned) : std::unexpected(planned.error());
+}
+
+void note(const Driven& driven, actuator::Mode told)
+{
+    if (driven.record != nullptr)
+        driven.record->told({.mode = told});
 }
 
 Telling tell(Driven& driven, Otherwise otherwise, std::optional<double> last = {})
@@ -136,8 +143,11 @@ Telling tell_to_hold(Driven& driven, std::optional<double> last)
         place = at.position_rad.optional();
         planned = read ? driven.driver->plan(hold, at) : std::unexpected(read.error());
     }
-    if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake)
+    if (!planned && robot::hold_unseen(*driven.driver) == actuator::Mode::brake) {
+        note(driven, actuator::Mode::brake);
         return {Rest::braked, carry_out_planned(driven, driven.driver->plan({.mode = actuator::Mode::brake}, {}))};
+    }
+    note(driven, actuator::Mode::hold);
     return {Rest::holds, carry_out_planned(driven, planned), place};
 }
 
@@ -154,6 +164,7 @@ std::expected<void, Error> let_go(Driven& driven)
     const auto requests = driven.driver->plan({.mode = actuator::Mode::release}, {});
     if (!requests)
         return std::unexpected(requests.error());
+    note(driven, actuator::Mode::release);
     return until_confirmed([&] { return carry_out(driven, *requests); });
 }
 

@@ -1,5 +1,6 @@
 #include "apps/cli/session.hpp"
 
+#include "apps/cli/robot_record.hpp"
 #include "sinew/family/drivers.hpp"
 #include "sinew/family/sam/messages.hpp"
 #include "sinew/robot/hold_unseen.hpp"
@@ -218,6 +219,8 @@ std::expected<void, Error> read_state(Driven& driven, actuator::Depth depth)
     // What this look does not measure is not known: an older speed beside a new position belongs to no moment.
     driven.state = {};
     const auto read = carry_out(driven, *requests);
+    if (driven.record != nullptr)
+        driven.record->said(driven);
     const auto kept = driven.guard ? driven.guard->update(driven) : read;
     return read ? kept : read;
 }

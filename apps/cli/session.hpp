@@ -101,6 +101,7 @@ bool has_robot(const Words& words);
 std::expected<void, Error> find_model(Device& device, bus::Bus& bus);
 
 struct Driven;
+class DeviceRecord;
 
 /// What the guardian would send to one device: to hold, or to brake where that needs a place, which may be old when
 /// this program has died. It answers for this device alone, and the name of its link says so: what is behind its # is
@@ -128,6 +129,7 @@ struct Driven {
     std::unique_ptr<actuator::Driver> driver;
     actuator::State state{};
     std::unique_ptr<MotionGuard> guard; ///< nullptr: nobody stops it when this program dies
+    DeviceRecord* record = nullptr;     ///< nullptr: it is not recorded
 };
 
 /// Opens the bus and makes the driver; finds the model if it must.

@@ -1,6 +1,7 @@
 #include "apps/cli/supervised.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/robot_record.hpp"
 #include "sinew/robot/rules.hpp"
 
 #include <algorithm>
@@ -109,6 +110,8 @@ std::expected<void, Error> Supervised::begin(const actuator::Command& command)
     if (command.mode == actuator::Mode::position)
         guard_.sent(*command.position_rad, now);
     unheard_.reset();
+    if (driven_.record != nullptr)
+        driven_.record->told(command);
     return tell(*requests);
 }
 

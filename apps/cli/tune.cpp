@@ -4,6 +4,7 @@
 #include "apps/cli/measured_step.hpp"
 #include "apps/cli/moving.hpp"
 #include "apps/cli/plot.hpp"
+#include "apps/cli/robot_record.hpp"
 #include "apps/cli/terminal.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/robot/rules.hpp"
@@ -216,6 +217,9 @@ Outcome run(const Words& words)
         return std::unexpected(yes.error());
     if (!*yes)
         return exit_refused;
+    const auto record = DeviceRecord::make(words);
+    if (!record)
+        return std::unexpected(record.error());
     Session session;
     auto driven = drive_and_read(session, std::move(*device));
     if (!driven)
@@ -226,8 +230,11 @@ Outcome run(const Words& words)
     if (std::abs(*from - trial->to_rad) < no_step_rad)
         return fail(Errc::bad_argument,
                     fmt::format("{} stands at {} already; give another --to", driven->device.name, place_of(*driven)));
-    return trial->gains.empty() ? as_it_is(words, session, *driven, *trial)
-                                : with_gains(words, session, *driven, *trial);
+    if (*record)
+        (*record)->watch(session, *driven);
+    return recorded(trial->gains.empty() ? as_it_is(words, session, *driven, *trial)
+                                         : with_gains(words, session, *driven, *trial),
+                    record->get());
 }
 
 } // namespace
@@ -243,11 +250,14 @@ Verb tune_verb()
                  {"--keep", "", "store the gains of --gain in flash afterwards"},
                  {"--for", "TIME", "how long it is looked at; 2s where it is not given"},
                  {"--plot", "FILE", "draw position and velocity into this SVG file (by gnuplot)"},
+                 record_option,
                  yes_option,
                  json_option}),
             .examples = {{"sinew tune elbow --to 20deg --robot arm.toml", "as it is; asks first"},
                          {"sinew tune elbow --to 20deg --gain p=120 --gain d=60 --robot arm.toml --sim --yes",
                           "try gains, simulated"},
+                         {"sinew tune elbow --to 20deg --robot arm.toml --sim --yes --record step.mcap",
+                          "for sinew plot and sinew export"},
                          {"sinew tune left_knee --to 20deg --gain p=80 --keep --robot arm.toml", "and keep them"}},
             .run = run,
             .acts = true,

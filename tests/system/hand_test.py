@@ -1,4 +1,6 @@
 """Verbs for somebody who sits beside the device: tune, jog, move by velocity or current, self-running programs."""
+import csv
+import io
 import json
 import math
 import os
@@ -89,6 +91,36 @@ class Blocked(unittest.TestCase):
             sinew("watch", joint, *self.sim.robot, "--json", "--for", "500ms")
             # An RMD holds by a speed of 0, and gives back what it had wound up against the obstacle.
             self.assertAlmostEqual(self.place(joint), before, delta=3.0, msg=joint)
+
+
+class Recorded(unittest.TestCase):
+    def test_what_a_device_was_told_and_did_is_in_the_recording(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for words, mode in ((["move", "elbow", "40deg", "--speed", "60deg/s"], "position"), (["tune", "waist_yaw", "--to", "40deg"], "position"),
+                                (["move", "left_hip", "--velocity", "20deg/s", "--for", "1s"], "velocity")):
+                joint = words[1]
+                kept = os.path.join(folder, f"{joint}.mcap")
+                sinew(*words, *SIM, "--yes", "--record", kept)
+                rows = list(csv.DictReader(io.StringIO(sinew("export", kept, "--of", "commands").stdout)))
+                self.assertEqual({row["joint"] for row in rows}, {joint})
+                self.assertEqual(rows[0]["mode"], mode)
+                if mode == "position":
+                    self.assertAlmostEqual(float(rows[-1]["position_rad"]), math.radians(40), places=3)
+                else:
+                    self.assertEqual([row["mode"] for row in rows[1:]], ["hold"] * (len(rows) - 1), "and then it holds")
+                states = list(csv.DictReader(io.StringIO(sinew("export", kept, "--joint", joint).stdout)))
+                did = [math.degrees(float(row["position_rad"])) for row in states if row["position_rad"]]
+                self.assertAlmostEqual(did[0], 0, delta=0.5)
+                self.assertAlmostEqual(did[-1], 40 if mode == "position" else 20, delta=5)
+                self.assertTrue(sinew("replay", kept, "--frames", "--count", "5").stdout)
+                self.assertIn(joint, sinew("watch", joint, "--robot", kept, "--json").stdout, "it brings its robot file")
+
+    def test_it_cannot_be_kept_under_another_name_and_nothing_moves(self):
+        for verb in (["move", "elbow", "40deg"], ["tune", "elbow", "--to", "40deg"]):
+            for name, said in (("run.log", "must end with .mcap"), ("/nowhere/run.mcap", "cannot be written")):
+                done = sinew(*verb, *SIM, "--yes", "--record", name, code=2)
+                self.assertIn(said, done.stderr)
+                self.assertEqual(done.stdout, "")
 
 
 class Swallowed:
