@@ -1,9 +1,12 @@
 #include "sinew/link/can_ids.hpp"
 
+#include "sinew/link/uri.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <optional>
 
 namespace sinew::link {
@@ -52,6 +55,15 @@ std::expected<std::vector<IdFilter>, Error> parse_can_ids(std::string_view text)
             return out;
         rest.remove_prefix(word.size() + 1);
     }
+}
+
+std::string with_can_ids(const std::string& link, std::span<const std::uint32_t> ids)
+{
+    auto uri = parse_uri(link);
+    if (!uri || uri->scheme != "can" || uri->option("ids") || ids.empty())
+        return link;
+    uri->options.emplace_back("ids", fmt::format("{:X}", fmt::join(ids, ",")));
+    return to_string(*uri);
 }
 
 } // namespace sinew::link

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <expected>
+#include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,5 +23,9 @@ struct IdFilter {
 /// The fewest filters that together pass a list such as `141-160,280`: identifiers in hex as candump shows them, from 0
 /// to 7FF, single or from-to. `bad_uri` where it is none.
 std::expected<std::vector<IdFilter>, Error> parse_can_ids(std::string_view text);
+
+/// The link with `ids` as all that it hears, where it leads to a CAN interface of Linux and names none; any other as it
+/// was.
+std::string with_can_ids(const std::string& link, std::span<const std::uint32_t> ids);
 
 } // namespace sinew::link

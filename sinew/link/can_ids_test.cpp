@@ -56,5 +56,16 @@ TEST(CanIds, RefuseWhatIsNoIdentifier)
               "option ids takes identifiers in hex from 0 to 7FF, such as ids=141-160,280; '800' is none");
 }
 
+TEST(CanIds, AreAddedToALinkThatHearsAllOfACanInterface)
+{
+    const std::uint32_t ids[] = {0x141, 0x1A, 0x241};
+    EXPECT_EQ(with_can_ids("can:can0", ids), "can:can0?ids=141,1A,241");
+    EXPECT_EQ(with_can_ids("can:can0?bitrate=1000000", ids), "can:can0?bitrate=1000000&ids=141,1A,241");
+    EXPECT_EQ(parse_can_ids("141,1A,241").value().size(), 3U);
+    for (const std::string link : {"can:can0?ids=7FF", "slcan:/dev/ttyACM0", "sim:arm.toml#legs", "nonsense"})
+        EXPECT_EQ(with_can_ids(link, ids), link);
+    EXPECT_EQ(with_can_ids("can:can0", {}), "can:can0");
+}
+
 } // namespace
 } // namespace sinew::link

@@ -1,10 +1,12 @@
 #include "sinew/robot/core.hpp"
 
 #include "sinew/base/seconds.hpp"
+#include "sinew/link/can_ids.hpp"
 
 #include <algorithm>
 #include <array>
 #include <fmt/format.h>
+#include <set>
 
 namespace sinew::robot {
 namespace {
@@ -19,6 +21,28 @@ Duration period_of(const config::Bus& bus)
 bool is_can(const link::AnyLink& link)
 {
     return std::holds_alternative<std::unique_ptr<link::CanLink>>(link);
+}
+
+/// The identifiers with which the joints of a bus are asked and answer, other programs' questions to them among them;
+/// none on serial lines.
+std::vector<std::uint32_t> identifiers_of(std::span<const ResolvedJoint> joints, const config::Bus& bus)
+{
+    std::set<std::uint32_t> out;
+    const auto add = [&](std::uint32_t base, int id) {
+        if (base != 0)
+            out.insert(base + static_cast<std::uint32_t>(id));
+    };
+    for (const auto& joint : joints) {
+        if (joint.bus->name != bus.name)
+            continue;
+        const int id = id_of(joint.device);
+        add(options_of(joint.device).can_reply_base, id);
+        for (const auto* message : line_of(joint.device).messages)
+            for (const auto* side : {&message->request, &message->reply})
+                if (side->exists() && !side->layout->can_fixed)
+                    add(side->layout->can_base, id);
+    }
+    return {out.begin(), out.end()};
 }
 
 } // namespace
@@ -38,14 +62,16 @@ std::expected<std::unique_ptr<bus::Bus>, Error> Core::open_bus(const config::Bus
         return config::fail_at(file, bus.at, fmt::format("bus {} needs a link.", bus.name));
     uri = link::with_bit_rate(uri,
                               bus.bit_rate ? static_cast<std::uint32_t>(bus.bit_rate->value) : family.default_bit_rate);
-    auto opened = links.open(uri, *clock);
+    // Of a busy bus the frames of others need not wake this program.
+    const auto own = link::with_can_ids(uri, identifiers_of(resolved.joints, bus));
+    auto opened = links.open(own, *clock);
     if (!opened)
         return std::unexpected(std::move(opened.error()));
     if (family.can != is_can(*opened))
         return fail(Errc::bad_argument, fmt::format("{} devices are on {}, which {} is not", family.name,
                                                     family.can ? "CAN" : "serial lines", uri));
     auto made = std::make_unique<bus::Bus>(bus.name, std::move(*opened), *clock, *family.protocol, options.settings);
-    made->set_reopen(links.reopener(uri, *clock));
+    made->set_reopen(links.reopener(own, *clock));
     uris_.push_back(std::move(uri));
     return made;
 }

@@ -208,6 +208,22 @@ class Trouble(OnCan):
         self.assertIn("vcan1 is bus-off: its controller saw too many errors and fell silent.", error)
         self.assertTrue(good_after)
 
+    def test_bus_and_doctor_tell_what_the_interface_and_its_controller_said(self):
+        measuring = self.start(SINEW, "bus", "legs", *self.sim.robot, "--measure", "2s", "--json")
+        watch, lines = self.watch()
+        next(lines)  # both are at it
+        run("cansend", "vcan1", "20000020#0000000000000000")
+        run("cansend", "vcan1", "20000004#0001000000000000")
+        adapter = json.loads(measuring.communicate(timeout=PATIENCE)[0])["adapter"]
+        watch.kill()
+        self.assertEqual((adapter["settings"]["kind"], adapter["settings"]["state"]), ("vcan", "unknown"))
+        self.assertIn("tx_queue", adapter["settings"])
+        told = {name: adapter["counters"][name] for name in ("error_frames", "not_acknowledged", "overruns", "bus_offs")}
+        self.assertEqual(told, {"error_frames": 2, "not_acknowledged": 1, "overruns": 1, "bus_offs": 0})
+        doctor = as_json("doctor", "can:vcan1?bitrate=1000000", "--family", "rmd")["links"][0]
+        self.assertEqual(doctor["adapter"]["counters"]["error_frames"], 0)
+        self.assertIn("counters", [f["name"] for f in doctor["findings"]])
+
     def test_other_error_frames_disturb_nothing(self):
         watch, lines = self.watch("--for", "2s")
         self.assertNotIn("error", next(lines))
@@ -317,6 +333,14 @@ class Ended(OnCan):
                 self.assertLess(max(told[1][0], told[2][0]), 0.01)  # before the program's next cycle
                 self.assertEqual(program.end(), -signal.SIGKILL)
                 self.comes_to_rest(policy)
+
+    def test_a_robot_hears_the_identifiers_of_its_joints_only(self):
+        program, _ = self.play("release")
+        with open("/proc/net/can/rcvlist_sff", encoding="ascii") as file:
+            heard = [int(line.split()[1], 16) for line in file if line.split()[:1] == ["vcan1"] and line.split()[1] != "device"]
+        program.process.kill()
+        program.end()
+        self.assertEqual(heard, [0x141, 0x142, 0x143, 0x144])
 
     def test_of_a_program_that_hangs_they_are_told_when_its_time_is_over(self):
         program, passing = self.play("release")

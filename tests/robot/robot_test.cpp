@@ -279,6 +279,27 @@ TEST(Robot, AGearThatIsNotTheDevicesOwnIsNotEnabledAndNothingMoves)
     EXPECT_FALSE(rig.robot->enabled());
 }
 
+TEST(Robot, HearsOnACanInterfaceTheIdentifiersOfItsJointsOnly)
+{
+    const auto file = file_of("version = 1\n[bus.legs]\nfamily = \"rmd\"\n"
+                              "[joint.hip]\nbus = \"legs\"\nid = 1\nprofile = \"rmd-2.35\"\n"
+                              "[joint.knee]\nbus = \"legs\"\nid = 18\nprofile = \"lk-2.36\"\n");
+    const auto simulator = *sim::Simulator::make(file);
+    std::vector<std::string> opened;
+    link::Links links;
+    links.add({.name = "can",
+               .form = "can:INTERFACE",
+               .says = "An interface of this test.",
+               .options = {"ids"},
+               .open = [&](const link::Uri& uri, link::Clock&) {
+                   opened.push_back(link::to_string(uri));
+                   return simulator->open("legs");
+               }});
+    auto robot = Robot::open(file, links, simulator->clock(), {.links = {{"legs", "can:can0"}}});
+    ASSERT_TRUE(robot) << to_sentence(robot.error());
+    EXPECT_EQ(opened, std::vector<std::string>{"can:can0?ids=141,152,192"}) << "the second answers from 180h on";
+}
+
 TEST(Robot, OfMoreBusesThanOneWaitLooksAtIsNotOpened)
 {
     const auto with_buses = [](int count) {
