@@ -96,6 +96,32 @@ TEST(BusPlain, TheRestOfARequestGoesOutBeforeItsAnswerIsWaitedFor)
     }
 }
 
+TEST(BusPlain, WhatStandsInAResultFromBeforeMakesNoAnswer)
+{
+    Bytes line(framed);
+    const auto read = *wire::make_request(3, fake::Read{});
+    Result result;
+    line.link.answers = {{0x55, 3, 1, 42}, {0x55, 9, 1, 7}};
+    ASSERT_TRUE(line.bus.exchange({&read, 1}, {&result, 1}).has_value());
+    EXPECT_EQ(result.reply_count, 1);
+    EXPECT_EQ(result.tries, 1);
+    result.replies.fill(result.replies[0]);
+    ASSERT_TRUE(line.bus.exchange({&read, 1}, {&result, 1}).has_value());
+    EXPECT_FALSE(result.good) << "another device answered, twice nobody else";
+}
+
+TEST(BusPlain, EndsAnExchangeThatIsStillRunning)
+{
+    Bytes line(framed);
+    const auto set = *wire::make_request(3, fake::Set{.value = 9});
+    Result result;
+    line.bus.start({&set, 1}, {&result, 1});
+    ASSERT_FALSE(line.bus.work());
+    line.link.answers = {{0x55, 4, 1, 42}};
+    EXPECT_TRUE(line.bus.call(4, fake::Read{}).has_value());
+    EXPECT_EQ(result.error.code, Errc::stopped);
+}
+
 TEST(BusPlain, OnCanHandsOverOneFrame)
 {
     Frames line(framed);

@@ -135,8 +135,10 @@ TEST(Bus, RefusesAMessageThatTheFirmwareLineDoesNotListAndSendsNothing)
     static constexpr wire::Profile line{.name = "line", .messages = listed};
     rig.bus->set_device(3, {.line = &line});
     EXPECT_EQ(rig.bus->call(3, fake::Set{}).error().code, Errc::not_in_profile);
+    EXPECT_EQ(rig.bus->send(3, fake::Set{}).error().code, Errc::not_in_profile);
     EXPECT_TRUE(rig.responder.heard.empty());
     EXPECT_TRUE(rig.bus->call(3, fake::Read{}).has_value());
+    EXPECT_TRUE(rig.bus->send(3, fake::Read{}).has_value());
 }
 
 TEST(Bus, KnowsNothingOfAnIdThatNoDeviceCanHave)
@@ -168,6 +170,7 @@ TEST(Bus, SendsWithoutWaitingForAnAnswer)
     EXPECT_TRUE(rig.bus->send(3, fake::Set{.value = 9}).has_value());
     EXPECT_EQ(rig.responder.heard, (std::vector<std::uint8_t>{0x55, 3, 2, 9}));
     EXPECT_EQ(clock.now().time_since_epoch(), 1s + 400us) << "its own bits and no more";
+    EXPECT_FALSE(rig.bus->conversation().busy());
 }
 
 TEST(Bus, EndsEveryCallWithTheReasonWhenTheLinkHangsUp)

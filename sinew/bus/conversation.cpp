@@ -54,12 +54,12 @@ void Conversation::adopt(const wire::Request& request, Result& result)
     current_ = 0;
     open_ = 1;
     waiting_count_ = 0;
-    if (!line_.can)
-        return;
-    outstanding_.set(request.frame.can_id % outstanding_.size());
-    sent_count_ = 1;
-    on_wire_ = times_.predict(request).wire();
-    first_expiry_ = result.deadline;
+    if (line_.can) {
+        outstanding_.set(request.frame.can_id % outstanding_.size());
+        sent_count_ = 1;
+        on_wire_ = times_.predict(request).wire();
+        first_expiry_ = result.deadline;
+    }
 }
 
 void Conversation::end(const wire::Request& request, Result& result, const Error& error)
@@ -138,7 +138,6 @@ Conversation::Next Conversation::next(TimePoint now)
         // Requests and results are the caller's and need not live any longer.
         requests_ = {};
         results_ = {};
-        current_ = 0;
         unusual_.urgent = false;
     }
     return next;
@@ -196,7 +195,6 @@ void Conversation::give_up(const wire::Request& request, Result& result, Errc wh
     result.at = now;
     result.error =
         Error{.code = why, .message = request.message->name(), .id = request.id, .elapsed = now - result.sent_at};
-    keep_seen(result.error, std::span(buffer_).first(buffered_));
     if (!unusual_.probing)
         --open_;
 }

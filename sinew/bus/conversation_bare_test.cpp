@@ -43,6 +43,7 @@ TEST(ConversationBare, CountsHalfABareAnswerAsBytesOfNobody)
     talk.hear({7});
     talk.now = talk.deadline();
     EXPECT_FALSE(talk.sent()) << "quarantine";
+    EXPECT_EQ(talk.results[0].error.seen_size, 1U);
     EXPECT_EQ(talk.conversation.counters().strays, 1U);
     EXPECT_EQ(talk.conversation.counters().timeouts, 1U);
 }

@@ -62,6 +62,18 @@ TEST_F(ConversationCan, TheNextDeadlineIsThatOfWhatIsStillOutstanding)
     }
 }
 
+TEST_F(ConversationCan, WhatGoesOutLaterPutsOffNoDeadline)
+{
+    talk_.ask(std::pair{1, fake::CanRead{}}, std::pair{2, fake::CanRead{}}, std::pair{3, fake::CanRead{}});
+    for (std::size_t i = 0; i < 3; ++i)
+        talk_.requests[i].response_time = (2 * i + 1) * 1ms;
+    for (std::size_t i = 0; i < 3; ++i) {
+        send(1);
+        EXPECT_EQ(talk_.deadline(), talk_.results[0].deadline) << i;
+        talk_.now += 100us;
+    }
+}
+
 TEST_F(ConversationCan, WhereNothingIsOutstandingThereIsNoDeadline)
 {
     talk_.ask(std::pair{1, fake::CanRead{}});

@@ -40,10 +40,12 @@ Conversation::Next Conversation::next_serial(TimePoint now)
         if (result.stage == Result::Stage::sent) {
             if (now < result.deadline)
                 return {.deadline = result.deadline};
-            if (request.answered && !bare_ && buffered_ > 0)
-                buffered_ -= receive_framed(std::span(buffer_).first(buffered_), true, now);
+            const auto heard = std::span(buffer_).first(buffered_);
+            if (request.answered && !bare_)
+                buffered_ -= receive_framed(heard, true, now);
             if (result.stage == Result::Stage::sent)
                 request.answered ? time_out(request, result, now) : finish(request, result, now);
+            keep_seen(result.error, heard);
             continue;
         }
         if (unusual_.probing)

@@ -128,6 +128,27 @@ TEST_F(ConversationStray, WhereNothingIsKeptNothingIsShownWhenItIsDropped)
     EXPECT_EQ(seen_, Seen{});
 }
 
+TEST_F(ConversationStray, ATimeOutShowsTheBytesThatCameInsteadOfTheAnswer)
+{
+    ask({3});
+    hear({0x55, 3, 1});
+    results_[0].failures = 9; // no second try
+    now_ = conversation_.next(now_).deadline;
+    EXPECT_TRUE(done());
+    ASSERT_EQ(results_[0].error.code, Errc::timeout);
+    ASSERT_EQ(results_[0].error.seen_size, 3U);
+    EXPECT_EQ(results_[0].error.seen[1], 3);
+    EXPECT_EQ(conversation_.counters().strays, 3U);
+}
+
+TEST_F(ConversationStray, BytesWithoutAnEndBehindAFirstOneAreDroppedAsWell)
+{
+    ask({3});
+    hear({0xAA});
+    hear(std::vector<std::uint8_t>(300, 0xAA));
+    EXPECT_EQ(conversation_.counters().strays, 256U);
+}
+
 TEST_F(ConversationStray, BytesWithoutAnEndAreDroppedWhenNoMoreCanBeKept)
 {
     ask({3});

@@ -247,18 +247,42 @@ TEST(Conversation, LearnsItsMarginFromTheSlowestAnswers)
 
 TEST(Conversation, MarksAnswersOfADistrustedLineForAsLongAsAnAnswerCanBeLate)
 {
+    for (const Duration later : {0ns, 1ns}) {
+        Talk talk(framed);
+        talk.conversation.distrust(talk.now);
+        talk.ask(std::pair{3, fake::Read{}});
+        talk.sent();
+        talk.hear({0x55, 3, 1, 0});
+        EXPECT_TRUE(talk.results[0].good && talk.results[0].possibly_older);
+        // What came may have been an older one, and its own answer may still come as late as any.
+        talk.now = talk.results[0].deadline + settings.late_max + later;
+        talk.ask(std::pair{3, fake::Read{}});
+        talk.sent();
+        talk.hear({0x55, 3, 1, 0});
+        EXPECT_EQ(talk.results[0].possibly_older, later == 0ns);
+    }
+}
+
+TEST(Conversation, CountsEveryAnswerByItsRoundTripForTheLineAndForItsDevice)
+{
     Talk talk(framed);
-    talk.conversation.distrust(talk.now);
     talk.ask(std::pair{3, fake::Read{}});
     talk.sent();
-    talk.hear({0x55, 3, 1, 0});
-    EXPECT_TRUE(talk.results[0].good && talk.results[0].possibly_older);
-    // What came may have been an older one, and its own answer may still come as late as any.
-    talk.now = talk.results[0].deadline + settings.late_max + 1ns;
-    talk.ask(std::pair{3, fake::Read{}});
-    talk.sent();
-    talk.hear({0x55, 3, 1, 0});
-    EXPECT_FALSE(talk.results[0].possibly_older);
+    talk.now += 3ms;
+    talk.hear({0x55, 3, 1, 42});
+    for (const Counters& counters : {talk.conversation.counters(), talk.conversation.counters(3)}) {
+        EXPECT_EQ(counters.replies, 1U);
+        for (std::size_t i = 0; i < Counters::buckets; ++i)
+            EXPECT_EQ(counters.round_trips[i], i == Counters::bucket_of(3ms) ? 1U : 0U) << i;
+    }
+}
+
+TEST(Conversation, AResultThatWasNeverUsedSaysNothing)
+{
+    const Result result;
+    EXPECT_FALSE(result.good);
+    EXPECT_FALSE(result.possibly_older);
+    EXPECT_EQ(result.tries + result.failures + result.reply_count, 0);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "sinew/bus/conversation.hpp"
 #include "sinew/bus/fake_family.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -28,12 +29,11 @@ TEST(ConversationTime, AFewQuickAnswersDoNotMakeItImpatient)
         conversation.received(std::array<std::uint8_t, 4>{0x55, 3, 1, 0}, now);
         ASSERT_TRUE(conversation.next(now).done);
     };
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 8; ++i) {
         answered_at_once();
         EXPECT_EQ(conversation.margin(), settings.margin_at_first) << "after " << i + 1;
     }
-    for (int i = 0; i < 20; ++i)
-        answered_at_once();
+    answered_at_once();
     EXPECT_EQ(conversation.margin(), settings.margin_least);
 }
 
@@ -101,6 +101,27 @@ TEST(ConversationTime, AnAnswerMayEndAfterThreeQuartersOfItsBitsAndNotBefore)
     const auto bare_read = *wire::make_request(3, fake::BareRead{});
     EXPECT_TRUE(taken(bare, bare_read, 300us, {7, 7})) << "of 400 µs of the request";
     EXPECT_FALSE(taken(bare, bare_read, 300us - 1ns, {7, 7}));
+}
+
+TEST(ConversationTime, LongestIsEveryTryWithItsMargin)
+{
+    constexpr Line line{.can = false, .bit_rate = 100'000};
+    const auto longest = [&](const wire::Request& request, Settings with) {
+        return Conversation(framed, line, with).longest({&request, 1});
+    };
+    const auto read = *wire::make_request(3, fake::Read{}, {}, 2ms);
+    auto set = *wire::make_request(3, fake::Set{}, {}, 2ms);
+    const Duration once = 800us + 2ms + Settings{}.margin_most;
+    EXPECT_EQ(longest(read, {.read_retries = 0}), once);
+    EXPECT_EQ(longest(read, {.read_retries = -1}), once);
+    EXPECT_EQ(longest(read, {.read_retries = 2}), 3 * once);
+    EXPECT_EQ(longest(read, {.read_retries = 0, .double_read = true}), once) << "only bare ones are asked twice";
+    EXPECT_EQ(longest(set, {.read_retries = 2}), once);
+    EXPECT_EQ(longest(set, {.command_retries = 1}), 2 * once);
+    set.answered = false;
+    EXPECT_EQ(longest(set, {}), 400us);
+    const std::array both{read, read};
+    EXPECT_EQ(Conversation(framed, line, {.read_retries = 0}).longest(both), 2 * once);
 }
 
 TEST(ConversationTime, ADoubtfulAnswerTeachesNothing)

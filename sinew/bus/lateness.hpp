@@ -39,8 +39,6 @@ public:
     /// until `own_until`.
     [[gnu::cold, gnu::noinline]] bool may_be_older(const wire::Request& request, TimePoint at, TimePoint own_until)
     {
-        if (!is_possible(at))
-            return false;
         const bool all_in_doubt = at <= doubtful_until_;
         bool older = all_in_doubt;
         for (Entry& entry : entries_)

@@ -139,5 +139,23 @@ TEST(Lateness, WhereMoreIsOwedThanCanBeKeptAllIsDoubtfulUntilWhatWasDroppedIsOve
     EXPECT_TRUE(may_be_older(65, 1, end + 1ms)) << "that of device 1 is still known";
 }
 
+TEST(Lateness, WhatIsOwedNoMoreMakesRoomBeforeWhatIsOverFirst)
+{
+    Lateness lateness;
+    lateness.owe(ask(9, fake::Read{}), end);
+    wire::Request asked = ask(0, fake::Read{});
+    for (asked.id = 100; asked.id < 163; ++asked.id) // 64 with the one of device 9
+        lateness.owe(asked, asked.id == 100 ? end + 1s : end);
+    ASSERT_NE(lateness.settle(protocol, answer(0), start), nullptr) << "the first of them, which was over last";
+    lateness.owe(asked, end);
+    EXPECT_FALSE(lateness.may_be_older(ask(4, fake::Read{}), start, own)) << "there was room";
+}
+
+TEST(Lateness, WhereNothingIsOwedNoAnswerIsOlder)
+{
+    Lateness lateness;
+    EXPECT_FALSE(lateness.may_be_older(ask(3, fake::Read{}), start, own));
+}
+
 } // namespace
 } // namespace sinew::bus

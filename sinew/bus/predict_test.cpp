@@ -1,6 +1,6 @@
 #include "sinew/bus/predict.hpp"
 
-#include "sinew/bus/fake_family.hpp"
+#include "sinew/bus/fake_unusual.hpp"
 
 #include <gtest/gtest.h>
 #include <vector>
@@ -59,6 +59,7 @@ TEST(Predict, ALineWhoseRateNobodyKnowsTakesNoTime)
     EXPECT_EQ(predict({}, ask(3, fake::Read{})).total(), 0us);
     const std::vector on_can{ask(1, fake::CanRead{}, 1ms), ask(2, fake::CanRead{}, 3ms)};
     EXPECT_EQ(predict_cycle({.can = true}, on_can), 3ms) << "only the devices do";
+    EXPECT_EQ(predict_cycle({}, on_can), 4ms) << "one after the other";
 }
 
 TEST(Predict, ACycleOnASerialLineIsTheSumOfItsExchanges)
@@ -90,6 +91,8 @@ TEST(Predict, AReplyWinsTheBusOnlyWhereItsIdentifierIsLower)
     for (auto& request : requests)
         request.options.can_reply_base = 0x300;
     EXPECT_EQ(predict_cycle(can, requests), rest) << "0x102 goes before 0x301";
+    EXPECT_EQ(predict_cycle(can, std::vector{ask(2, fake::CanRead{}), ask(1, fake::CanRead{}, 1ms)}), rest)
+        << "0x101 goes before 0x102";
 }
 
 TEST(Predict, ACycleOfFramesThatWereSeenCountsTheirBits)
@@ -126,6 +129,18 @@ TEST(Predict, AStopWaitsForTheLongestExchangeOnASerialLineAndForAllFramesOnCan)
     EXPECT_EQ(predict_stop(serial, {}, stop).begins, 0ms);
     const std::vector one_by_one{ask(1, fake::CanRead{}, 1ms), ask(1, fake::CanRead{}, 3ms)};
     EXPECT_EQ(predict_stop(can, {}, one_by_one).ends, 4 * frame_time(can, 2) + 4ms) << "the second waits for the first";
+}
+
+TEST(Predict, AStopWaitsForOneRequestForAllMotorsOrForAllOthersWhicheverIsLonger)
+{
+    const auto all = ask(0, fake::ReadAll{});
+    const Duration alone = frame_time(can, 2) + 4 * frame_time(can, 2);
+    EXPECT_EQ(predict_stop(can, std::vector{all, ask(1, fake::CanRead{})}, {}).begins, alone);
+    EXPECT_EQ(
+        predict_stop(
+            can, std::vector{ask(1, fake::CanRead{}), all, ask(2, fake::CanRead{}), all, ask(3, fake::CanRead{})}, {})
+            .begins,
+        6 * frame_time(can, 2));
 }
 
 } // namespace

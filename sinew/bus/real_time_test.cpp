@@ -158,8 +158,9 @@ TEST(RealTimeDeathTest, SaysWhichRightIsMissingForEachThatIsRefused)
 
 TEST(RealTimeDeathTest, SaysHowFarTheLimitsGo)
 {
-    rlimit most{};
-    ASSERT_EQ(::getrlimit(RLIMIT_RTPRIO, &most), 0);
+    rlimit most{.rlim_cur = 10, .rlim_max = 10};
+    const bool is_raised = ::setrlimit(RLIMIT_RTPRIO, &most) == 0;
+    ASSERT_TRUE(is_raised || ::getrlimit(RLIMIT_RTPRIO, &most) == 0);
     const rlim_t priority = std::min<rlim_t>(10, most.rlim_max); // no further where nobody may raise it
     std::string expected = "priority: .*limit, which is " + std::to_string(priority) + " ";
     if (!locks_nothing)
@@ -173,6 +174,15 @@ TEST(RealTimeDeathTest, SaysWhyAThreadIsNotBoundToAProcessorThatThereIs)
         GTEST_SKIP() << "the system can forbid nothing, or does already";
     EXPECT_EXIT(ask_where_a_call_fails(SYS_sched_setaffinity, EPERM, {.processor = 0}), testing::ExitedWithCode(0),
                 "processor: the thread is not bound to processor 0: Operation not permitted\n");
+}
+
+TEST(RealTimeDeathTest, RefusesNothingThatTheSystemGrants)
+{
+    if (::prctl(PR_GET_SECCOMP) != 0)
+        GTEST_SKIP() << "the system can pretend nothing";
+    EXPECT_EXIT(ask_where_a_call_fails(SYS_mlockall, 0, {.lock_memory = true}), testing::ExitedWithCode(0), "^$");
+    EXPECT_EXIT(ask_where_a_call_fails(SYS_sched_setscheduler, 0, {.priority = 1}), testing::ExitedWithCode(0), "^$");
+    EXPECT_EXIT(ask_where_a_call_fails(SYS_sched_setaffinity, 0, {.processor = 0}), testing::ExitedWithCode(0), "^$");
 }
 
 TEST(RealTimeDeathTest, SaysWhatGivesLockedMemoryWhicheverWayItIsRefused)
