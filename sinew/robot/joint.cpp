@@ -162,6 +162,8 @@ void Joint::take(const Command& command, TimePoint at)
     commanded_at_ = at;
     if (same(command, command_))
         return;
+    if (can_walk(command))
+        guard_.catch_up(state_, at);
     const double here = guard_.reference_rad().value_or(0.0);
     command_ = command;
     fresh_ = true;

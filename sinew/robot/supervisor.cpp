@@ -187,6 +187,12 @@ void Supervisor::follow(double position_rad, TimePoint now)
     refer_to(position_rad, false, now);
 }
 
+void Supervisor::catch_up(const State& state, TimePoint now)
+{
+    if (!is_commanded_ && state.position_rad)
+        follow(*state.position_rad, now);
+}
+
 void Supervisor::refer_to(double position_rad, bool is_commanded, TimePoint now)
 {
     const double step = reference_rad_ ? std::abs(position_rad - *reference_rad_) : 0.0;

@@ -75,6 +75,8 @@ public:
     void sent(double position_rad, TimePoint now);
     /// No position is sent in this cycle; it is here.
     void follow(double position_rad, TimePoint now);
+    /// What begins now begins at the newest measurement, unless a position was sent.
+    void catch_up(const actuator::State& state, TimePoint now);
     /// The position that moves begin at: the last that was sent, else the last that was measured.
     const std::optional<double>& reference_rad() const { return reference_rad_; }
 

@@ -1,4 +1,4 @@
-#include "tests/robot/rig.hpp"
+#include "tests/robot/watch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -148,6 +148,30 @@ TEST(Beyond, AJointBeyondALimitIsStreamedBackInsideAndNoFurtherOut)
     ASSERT_EQ(said(rig.run(500ms)), "");
     EXPECT_NEAR(units::deg(rig.truth_rad("arm")), 55.0, 0.5);
     EXPECT_TRUE(refused(units::rad(60.1))) << "who came back may not leave again";
+}
+
+/// A walk begins where it is, and not where it was when the latest cycle was planned.
+TEST(Beyond, AServoThatTurnsBackFromBeyondALimitIsNotSentOutAgainWhenAWalkBegins)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                    "model = \"SAM-20\"\nposition_max_deg = 0\nvelocity_max_deg_s = 200\n"
+                    "[joint.arm.sim]\nstart_rad = 1.5\n"));
+    rig.enable();
+    Watch watch(rig);
+    Joint& arm = *rig.robot->find("arm");
+    const auto cycle = [&] {
+        watch.cycle_begins();
+        ASSERT_EQ(said(rig.robot->cycle()), "");
+        rig.simulator->clock().wait({}, rig.now() + 5ms);
+    };
+    ASSERT_EQ(said(arm.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(-150)})), "");
+    while (rig.truth_rad("arm") > units::rad(40))
+        cycle();
+    ASSERT_LT(rig.truth_rad_s("arm"), units::rad(-80));
+    ASSERT_EQ(said(arm.set({.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = units::rad(150)})), "");
+    for (int i = 0; i < 10; ++i)
+        cycle();
+    EXPECT_EQ(watch.complaints(), std::vector<std::string>());
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 /// Random programs, good and bad, on two robots, one of them the demo robot, to
@@ -141,8 +142,13 @@ class Program
 public:
     Program(const config::RobotFile& file, Random random, bool with_wire_faults, bool shows)
         : random_(random), shows_(shows), wire_faults_(with_wire_faults), rig_(file, {.double_read = with_wire_faults}),
-          watch_(rig_, with_wire_faults ? units::rad(6) : 0.0)
+          watch_(rig_)
     {
+        // Nobody else looks while the robot runs itself.
+        watch_.each_frame = [this] {
+            if (runs_itself_)
+                look();
+        };
         for (const Joint& joint : rig_.robot->joints())
             looks_.push_back({.beyond = Beyond(joint)});
     }
@@ -153,13 +159,15 @@ public:
         const TimePoint end = rig_.now() + 2s;
         TimePoint last = rig_.now();
         while (rig_.now() < end) {
-            // As many for each joint, however many there are.
-            for (auto wishes = random_.below(1 + 2 * rig_.robot->joints().size() / 5); wishes > 0; --wishes)
-                wish();
+            wish_some();
             if (random_.one_in(200))
                 rig_.robot->request_stop();
             if (random_.one_in(60))
                 happen();
+            if (random_.one_in(100)) {
+                random_.one_in(2) ? go_home() : run_itself();
+                last = rig_.now();
+            }
             if (random_.one_in(100))
                 wait(rig_.now() + Duration{static_cast<std::int64_t>(random_.below(60)) * 1'000'000});
             if (!rig_.robot->enabled() && random_.one_in(4))
@@ -189,6 +197,8 @@ private:
         Duration unnoticed{};
         bool started_afresh = false, heated = false;
         bool is_let_go = false; ///< by the program, on its way out
+        TimePoint measured_at{};
+        Duration interval{}, interval_before{}; ///< between the latest positions that were measured
     };
 
     double between(double low, double high)
@@ -214,6 +224,53 @@ private:
     static Duration lasting(double seconds)
     {
         return std::abs(seconds) < 1e6 ? Duration{static_cast<std::int64_t>(seconds * 1e9)} : Duration::min();
+    }
+
+    Duration random_time(std::int64_t least_ms, std::int64_t most_ms)
+    {
+        return std::chrono::milliseconds{
+            least_ms + static_cast<std::int64_t>(random_.below(static_cast<std::uint64_t>(most_ms - least_ms)))};
+    }
+
+    /// Seldom in time, so that what a routine leaves behind is seen as well.
+    void go_home()
+    {
+        const auto& joints = rig_.robot->joints();
+        const Duration within = random_time(10, 500);
+        watch_.runs_itself();
+        runs_itself_ = true;
+        const auto homed = random_.one_in(2) ? rig_.robot->home(within)
+                                             : rig_.robot->home(joints[random_.below(joints.size())].name(), within);
+        runs_itself_ = false;
+        if (shows_)
+            fmt::print("{:.4f} home: {}\n", seconds(rig_.now().time_since_epoch()), said(homed));
+    }
+
+    void run_itself()
+    {
+        const TimePoint until = rig_.now() + random_time(5, 150);
+        watch_.runs_itself();
+        runs_itself_ = true;
+        const auto ran = rig_.robot->run(
+            random_time(2, 20),
+            [this](Robot& robot) {
+                wish_some();
+                if (random_.one_in(60))
+                    happen();
+                if (random_.one_in(200))
+                    robot.request_stop();
+            },
+            until);
+        runs_itself_ = false;
+        if (shows_)
+            fmt::print("{:.4f} run: {}\n", seconds(rig_.now().time_since_epoch()), said(ran));
+    }
+
+    /// As many for each joint, however many there are.
+    void wish_some()
+    {
+        for (auto wishes = random_.below(1 + 2 * rig_.robot->joints().size() / 5); wishes > 0; --wishes)
+            wish();
     }
 
     void wish()
@@ -339,9 +396,16 @@ private:
         const double at = rig_.truth_rad(joint);
         const double low = *joint.limits().position_low_rad - at, high = at - *joint.limits().position_high_rad;
         const double beyond = std::max(low, high);
+        check_belief(joint, at);
         // What was planned before this cycle went out in it; what it showed counts
         // in the next one.
-        const Duration unnoticed = joint.silent_for() + gap_before_ + gap_ + 5ms + blind(joint, look);
+        if (const auto& said = joint.state().position_rad; said && said.at() != look.measured_at) {
+            look.interval_before = std::exchange(look.interval, said.at() - look.measured_at);
+            look.measured_at = said.at();
+        }
+        const Duration cycle = runs_itself_ ? look.interval : gap_;
+        const Duration cycles = runs_itself_ ? look.interval_before + look.interval : gap_before_ + gap_;
+        const Duration unnoticed = joint.silent_for() + cycles + 5ms + blind(joint, look, cycle);
         const bool is_let_go = joint.command().mode == Mode::release;
         look.is_let_go = is_let_go || (beyond > 0.0 && look.is_let_go);
         if (beyond <= 0.0) {
@@ -356,8 +420,24 @@ private:
                                              joint.name(), units::deg(beyond), units::deg(most)));
     }
 
+    /// What answers without a checksum is believed by how fast a shaft can turn (`Joint::is_plausible`), so it is no
+    /// further off than a shaft may jump, may turn between two answers, and has turned since.
+    void check_belief(const Joint& joint, double truth_rad)
+    {
+        const auto& said = joint.state().position_rad;
+        if (!joint.family().protocol->bare_replies() || !said || !rig_.robot->enabled())
+            return;
+        const double top_rad_s = *joint.capabilities().velocity_max_rad_s;
+        const double most = units::rad(2.0) + 1.5 * top_rad_s * 0.02 + top_rad_s * seconds(rig_.now() - said.at());
+        const double off = std::abs(std::remainder(*said - truth_rad, 2.0 * std::numbers::pi));
+        if (off > most)
+            complaints.push_back(
+                fmt::format("{} is believed to be {:.2f} deg from where it is, {:.2f} deg would be possible",
+                            joint.name(), units::deg(off), units::deg(most)));
+    }
+
     /// How long a device goes its own way though it answers.
-    Duration blind(const Joint& joint, const Look& look) const
+    static Duration blind(const Joint& joint, const Look& look, Duration cycle)
     {
         Duration out{};
         // Nobody reaches a device while it starts.
@@ -367,7 +447,7 @@ private:
         // read wholly: every 0.5 s, and then in turn with the others of its bus,
         // each in a cycle of its own.
         if (look.heated && joint.family().name == "sam")
-            out += 500ms + 6 * (gap_ + 5ms);
+            out += 500ms + 6 * (cycle + 5ms);
         return out;
     }
 
@@ -391,6 +471,7 @@ private:
     bool shows_;
     std::size_t shown_ = 0;
     bool wire_faults_;
+    bool runs_itself_ = false; ///< the robot
     Rig rig_;
     Watch watch_;
     std::string unplugged_;

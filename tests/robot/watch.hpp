@@ -4,37 +4,50 @@
 #include "tests/robot/rig.hpp"
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-/// Reads every frame that leaves the host, with scales of its own, and holds it against the limits of the joint.
+/// Reads every frame that leaves the host, with scales of its own, and holds it against the limits of the joint. A
+/// position is held against where the shaft is, where it was measured and where it was sent: there is no slack but the
+/// step of an encoder. How far what is believed may be from the truth is for who watches the shafts.
 namespace sinew::robot::test {
 
 class Watch
 {
 public:
-    /// `slack_rad`: how wrong a measured position may be on a line that garbles it.
-    Watch(Rig& rig, double slack_rad) : rig_(rig), slack_rad_(slack_rad)
+    explicit Watch(Rig& rig) : rig_(rig)
     {
         for (bus::Bus* bus : rig.robot->buses())
             bus->set_tap([this, bus](const bus::Tapped& tapped) {
                 if (tapped.verdict == bus::Verdict::sent)
                     sent(*bus, tapped);
+                if (each_frame)
+                    each_frame();
             });
     }
 
     /// Positions are planned for the beginning of a cycle, whenever their frames have their turn on the line.
     void cycle_begins() { cycle_at_ = rig_.now(); }
+    /// From now on until the next cycle the robot runs itself, and nobody says when an exchange is planned.
+    void runs_itself()
+    {
+        cycle_at_.reset();
+        run_at_ = rig_.now();
+    }
+    std::function<void()> each_frame;
     const std::vector<std::string>& complaints() const { return complaints_; }
     std::size_t motions() const { return motions_; }
 
 private:
     struct Target {
         double position_rad = 0.0;
-        TimePoint changed_at{};
+        TimePoint planned_at{}; ///< when it changed last: no earlier
+        TimePoint sent_at{};    ///< at all
         bool is_streamed = false;
     };
 
@@ -57,7 +70,7 @@ private:
             ASSERT_TRUE(said.has_value());
             is_stop_ = is_of_stop(bus, frame);
             const std::size_t places = places_;
-            look(joint, message->name(), said->values, cycle_at_);
+            look(joint, message->name(), said->values, tapped.at);
             // Whatever else it is told takes it away from where it was sent.
             if (places == places_ && message->info.access != wire::Access::read)
                 placed_.erase(&joint);
@@ -138,7 +151,7 @@ private:
         const bool counts = !std::holds_alternative<sam::Spec>(joint.device());
         const double now = std::abs(counts ? way : std::remainder(way, 2.0 * std::numbers::pi));
         // A joint that is set up anew begins there, without a frame that says so.
-        return slack_rad_ > 0.0 ? now : std::min(now, std::abs(position_rad - *joint.state().position_rad));
+        return std::min(now, std::abs(position_rad - *joint.state().position_rad));
     }
 
     /// To hold where it stands is no command beyond a limit.
@@ -176,7 +189,7 @@ private:
     {
         const bool is_low = joint.limits().position_low_rad && position_rad < *joint.limits().position_low_rad;
         const auto is_as_far = [&](double from_rad) {
-            return is_low ? from_rad <= position_rad + step + slack_rad_ : from_rad >= position_rad - step - slack_rad_;
+            return is_low ? from_rad <= position_rad + step : from_rad >= position_rad - step;
         };
         return is_as_far(rig_.truth_rad(joint)) || is_as_far(*joint.state().position_rad) || is_as_far(before_rad);
     }
@@ -189,22 +202,25 @@ private:
             complain(joint, "velocity", units::deg(speed));
     }
 
-    /// A position that the device goes to as fast as it can.
+    /// A position that the device goes to as fast as it can. What was sent while the robot runs itself was planned no
+    /// earlier than the frame before.
     void stream(Joint& joint, double actuator_rad, double step, TimePoint at)
     {
         place(joint, actuator_rad, step);
         const double position = Mounting::of(joint.file()).to_joint(actuator_rad);
         Target& last = targets_[&joint];
         const bool is_streamed = !is_stop_ && joint.command().mode == Mode::position && rig_.robot->enabled();
+        const TimePoint before = std::exchange(last.sent_at, at);
         if (last.position_rad != position || !is_streamed) {
-            const Duration gap = std::min<Duration>(at - last.changed_at, std::chrono::milliseconds{50});
-            const double most = joint.limits().velocity_max_rad_s.value_or(1e9) * seconds(gap + Supervisor::unrest) +
-                                2.0 * step + slack_rad_;
+            const Duration gap =
+                std::min<Duration>(cycle_at_.value_or(at) - last.planned_at, std::chrono::milliseconds{50});
+            const double most =
+                joint.limits().velocity_max_rad_s.value_or(1e9) * seconds(gap + Supervisor::unrest) + 2.0 * step;
             // What was planned from the measured position may never have left because a link was lost.
             const double way = std::min(std::abs(position - last.position_rad), apart(joint, position));
             if (is_streamed && last.is_streamed && way > most)
                 complain(joint, "step", units::deg(way));
-            last = {position, at, is_streamed};
+            last = {position, cycle_at_.value_or(std::max(before, run_at_)), at, is_streamed};
         }
     }
 
@@ -215,8 +231,8 @@ private:
     }
 
     Rig& rig_;
-    double slack_rad_ = 0.0;
-    TimePoint cycle_at_{};
+    std::optional<TimePoint> cycle_at_; ///< nobody knows while the robot runs itself
+    TimePoint run_at_{};
     bool is_stop_ = false;
     std::map<const Joint*, Target> targets_;
     std::map<const Joint*, double> placed_; ///< by its last command, where that was a place
