@@ -41,7 +41,7 @@ Scan Framing::find_reply(std::span<const std::uint8_t> bytes, std::size_t, bool 
     return find_request(bytes, silent);
 }
 
-const MessageInfo* Framing::identify(const Frame& frame, wire::Direction direction, const Profile& profile) const
+const MessageInfo* Framing::identify(const Frame& frame, wire::Direction direction, const wire::Profile& profile) const
 {
     for (const auto* message : profile.messages) {
         // A reply has an entry of its own beside the request that asks for it.

@@ -15,7 +15,7 @@ public:
     Scan find_request(std::span<const std::uint8_t> bytes, bool) const override { return {bytes.size(), 0}; }
     Scan find_reply(std::span<const std::uint8_t> bytes, std::size_t, bool) const override { return {bytes.size(), 0}; }
 
-    const MessageInfo* identify(const Frame& frame, Direction direction, const Profile& profile) const override
+    const MessageInfo* identify(const Frame& frame, Direction direction, const wire::Profile& profile) const override
     {
         for (const auto* message : profile.messages) {
             const Side& side = message->side(direction);

@@ -147,7 +147,7 @@ public:
         return {0, awaited != 0 && bytes.size() >= awaited ? awaited : 0};
     }
 
-    const MessageInfo* identify(const Frame& frame, Direction direction, const Profile& profile) const override
+    const MessageInfo* identify(const Frame& frame, Direction direction, const wire::Profile& profile) const override
     {
         if (direction == Direction::reply || frame.size < 4)
             return nullptr;

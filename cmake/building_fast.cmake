@@ -1,0 +1,55 @@
+# What makes a build from nothing shorter. Both are about whole targets and change no result:
+#
+# SINEW_PRECOMPILE: the headers that most source files include are compiled once for all. Off where a compiler cache is at
+# work (tools/build), which a change of one header would empty, and where missing includes are to be found (tidy).
+#
+# SINEW_PLAIN_TESTS: the command and the test programs are not optimised, only the rooms they look at.
+
+function(sinew_precompiled name)
+    file(TOUCH ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    target_link_libraries(${name} PRIVATE sinew_flags fmt::fmt)
+    target_compile_options(${name} PRIVATE ${ARGN})
+    set(headers <algorithm> <array> <charconv> <chrono> <cmath> <expected> <filesystem> <fstream> <functional> <map> <memory>
+        <optional> <set> <span> <string> <string_view> <utility> <vector> <fmt/format.h> <fmt/ranges.h>
+        sinew/family/families.hpp sinew/bus/bus.hpp sinew/robot/robot.hpp sinew/sim/simulator.hpp)
+    if(SINEW_TESTS)
+        target_link_libraries(${name} PRIVATE GTest::gtest)
+        list(APPEND headers <gtest/gtest.h>)
+    endif()
+    target_precompile_headers(${name} PRIVATE ${headers})
+endfunction()
+
+function(sinew_build_fast_below folder)
+    get_directory_property(targets DIRECTORY ${folder} BUILDSYSTEM_TARGETS)
+    foreach(target IN LISTS targets)
+        get_target_property(type ${target} TYPE)
+        set(precompiled sinew_precompiled)
+        if(SINEW_PLAIN_TESTS AND (type STREQUAL EXECUTABLE OR folder MATCHES "/(apps|tests)"))
+            target_compile_options(${target} PRIVATE -O0)
+            set(precompiled sinew_precompiled_plain)
+        endif()
+        if(SINEW_PRECOMPILE AND type MATCHES "EXECUTABLE|STATIC_LIBRARY")
+            target_precompile_headers(${target} REUSE_FROM ${precompiled})
+        endif()
+    endforeach()
+    get_directory_property(folders DIRECTORY ${folder} SUBDIRECTORIES)
+    foreach(below IN LISTS folders)
+        sinew_build_fast_below(${below})
+    endforeach()
+endfunction()
+
+function(sinew_build_fast)
+    if(SINEW_PRECOMPILE)
+        # What the libraries of the headers define must be the same for all who include them: g++ insists.
+        target_compile_definitions(sinew_flags INTERFACE FMT_SHARED GTEST_HAS_PTHREAD=1)
+        # g++ 12 no longer sees there that what it warns of falsely stands in its own headers.
+        target_compile_options(sinew_flags INTERFACE
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-maybe-uninitialized>)
+        sinew_precompiled(sinew_precompiled)
+        if(SINEW_PLAIN_TESTS)
+            sinew_precompiled(sinew_precompiled_plain -O0)
+        endif()
+    endif()
+    sinew_build_fast_below(${CMAKE_SOURCE_DIR})
+endfunction()
