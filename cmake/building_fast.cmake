@@ -45,7 +45,7 @@ function(sinew_build_fast)
         target_compile_definitions(sinew_flags INTERFACE FMT_SHARED GTEST_HAS_PTHREAD=1)
         # g++ 12 no longer sees there that what it warns of falsely stands in its own headers.
         target_compile_options(sinew_flags INTERFACE
-            $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-maybe-uninitialized>)
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized>)
         sinew_precompiled(sinew_precompiled)
         if(SINEW_PLAIN_TESTS)
             sinew_precompiled(sinew_precompiled_plain -O0)

@@ -18,8 +18,8 @@ inline constexpr Argument bus_argument{"BUS", "a link, or the name of a bus with
 /// (`sim:FILE#BUS`) brings its robot file itself. Nothing is opened.
 std::expected<BusTarget, Error> bus_target(const Words& words);
 
-/// Looks for the devices of a link where the words name none (`scanning.hpp`), at the bit rate of the link where it says
-/// one. `bad_argument` for those of several families.
+/// Looks for the devices of a link where the words name none (`scanning.hpp`), at the bit rate of the link where it
+/// says one. `bad_argument` for those of several families.
 std::expected<void, Error> find_devices(const Words& words, BusTarget& target);
 
 /// All buses of a robot file that have joints, in the order of the file.

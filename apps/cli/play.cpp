@@ -246,6 +246,12 @@ Outcome run(const Words& words)
         reporter.tell_delay();
     if (was_suspension())
         tell_of_suspension();
+    // What cannot be played is refused before anything moves; after that the robot itself has stopped a joint.
+    if (why && why->code == Errc::out_of_range && robot.fault() != nullptr) {
+        if (!is_told)
+            fmt::print(stderr, "sinew: {}\n", to_sentence(*why));
+        return exit_at_limit;
+    }
     if (why)
         return is_told ? Outcome(exit_code(why->code)) : std::unexpected(std::move(*why));
     if (const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{}; !kept)

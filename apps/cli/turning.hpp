@@ -22,8 +22,8 @@ std::expected<void, Error> check_limits(const Device& device, const Turning& tur
 
 /// Drives and shows it until the time is over; then it holds, or is released where it was driven by a current or a
 /// torque. A joint that comes to its limits, a device that does not answer and Ctrl-C end it early,
-/// with torque. `unsupported` where a velocity has moved nothing because it may be too low, `timeout` where something is
-/// in the way.
+/// with torque. `unsupported` where a velocity has moved nothing because it may be too low, `timeout` where something
+/// is in the way.
 Outcome turn_on(const Words& words, Session& session, Driven& driven, const Turning& turning);
 
 } // namespace sinew::cli

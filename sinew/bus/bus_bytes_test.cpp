@@ -1,4 +1,4 @@
-#include "sinew/bus/fake_scripted.hpp"
+#include "sinew/bus/fake_scripted_for_tests.hpp"
 
 #include <array>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #include "sinew/bus/bus.hpp"
-#include "sinew/bus/fake_scripted.hpp"
+#include "sinew/bus/fake_scripted_for_tests.hpp"
 
 #include <array>
 #include <gtest/gtest.h>
