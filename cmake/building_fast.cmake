@@ -1,6 +1,7 @@
 # What makes a build from nothing shorter. Both are about whole targets and change no result:
 #
-# SINEW_PRECOMPILE: the headers that most source files include are compiled once for all. Off where a compiler cache is at
+# SINEW_PRECOMPILE, for clang: the headers that most source files include are compiled once for all. g++ 12 no longer sees
+# there which of its false warnings stand in its own headers. Off where a compiler cache is at
 # work (tools/build), which a change of one header would empty, and where missing includes are to be found (tidy).
 #
 # SINEW_PLAIN_TESTS: the command and the test programs are not optimised, only the rooms they look at.
@@ -41,11 +42,6 @@ endfunction()
 
 function(sinew_build_fast)
     if(SINEW_PRECOMPILE)
-        # What the libraries of the headers define must be the same for all who include them: g++ insists.
-        target_compile_definitions(sinew_flags INTERFACE FMT_SHARED GTEST_HAS_PTHREAD=1)
-        # g++ 12 no longer sees there that what it warns of falsely stands in its own headers.
-        target_compile_options(sinew_flags INTERFACE
-            $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized>)
         sinew_precompiled(sinew_precompiled)
         if(SINEW_PLAIN_TESTS)
             sinew_precompiled(sinew_precompiled_plain -O0)
