@@ -1,8 +1,8 @@
 # What makes a build from nothing shorter. Both are about whole targets and change no result:
 #
 # SINEW_PRECOMPILE, for clang: the headers that most source files include are compiled once for all. g++ 12 no longer sees
-# there which of its false warnings stand in its own headers. Off where a compiler cache is at
-# work (tools/build), which a change of one header would empty, and where missing includes are to be found (tidy).
+# there which of its false warnings stand in its own headers. Off where a compiler cache is at work (tools/build), which a
+# change of one header would empty, and where missing includes are to be found (tidy).
 #
 # SINEW_PLAIN_TESTS: the command and the test programs are not optimised, only the rooms they look at.
 
@@ -23,13 +23,14 @@ endfunction()
 
 function(sinew_build_fast_below folder)
     get_directory_property(targets DIRECTORY ${folder} BUILDSYSTEM_TARGETS)
+    cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE place)
     foreach(target IN LISTS targets)
         get_target_property(type ${target} TYPE)
         if(NOT type MATCHES "EXECUTABLE|STATIC_LIBRARY")
             continue()
         endif()
         set(precompiled sinew_precompiled)
-        if(SINEW_PLAIN_TESTS AND (type STREQUAL EXECUTABLE OR folder MATCHES "/(apps|tests)"))
+        if(SINEW_PLAIN_TESTS AND (type STREQUAL EXECUTABLE OR place MATCHES "^(apps|tests)/"))
             target_compile_options(${target} PRIVATE -O0)
             set(precompiled sinew_precompiled_plain)
         endif()
@@ -44,6 +45,9 @@ function(sinew_build_fast_below folder)
 endfunction()
 
 function(sinew_build_fast)
+    if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
+        set(SINEW_PRECOMPILE OFF)
+    endif()
     if(SINEW_PRECOMPILE)
         sinew_precompiled(sinew_precompiled)
         if(SINEW_PLAIN_TESTS)

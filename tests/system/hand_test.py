@@ -16,7 +16,7 @@ import tty
 import unittest
 import xml.etree.ElementTree
 
-from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, Terminal, as_json, environment, sinew
+from support import DEMO, PATIENCE, SINEW, SOURCE, BesideSimulator, Simulator, Terminal, as_json, environment, sinew
 
 SIM = ["--robot", DEMO, "--sim"]
 
@@ -65,15 +65,7 @@ class Tune(unittest.TestCase):
         self.assertIn("kept in flash", done.stderr)
 
 
-class Blocked(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        os.environ["XDG_RUNTIME_DIR"] = folder.name
-        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
-        self.sim = Simulator()
-        self.addCleanup(self.sim.close)
-
+class Blocked(BesideSimulator):
     def place(self, joint):
         return math.degrees(as_json("sim", "look", joint)[0]["position_rad"])
 

@@ -1,23 +1,13 @@
 """`sinew stop` looks: what it calls stopped stands still, and of what does not answer or turns on it says so."""
 import math
-import os
-import tempfile
 import unittest
 
-from support import DEMO, Simulator, as_json, sinew
+from support import DEMO, BesideSimulator, as_json, sinew
 
 UNPLUGGED = ("elbow", "waist_yaw", "left_hip")  # one of each family
 
 
-class Stop(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        os.environ["XDG_RUNTIME_DIR"] = folder.name
-        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
-        self.sim = Simulator()
-        self.addCleanup(self.sim.close)
-
+class Stop(BesideSimulator):
     def states(self, *words, code=0):
         return {one["name"]: one for one in as_json("stop", *words, *self.sim.robot, code=code)}
 

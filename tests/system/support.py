@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 import time
+import unittest
 
 SINEW = os.environ["SINEW"]
 SOURCE = os.environ["SINEW_SOURCE"]
@@ -57,6 +58,18 @@ class Simulator:
         code = self.process.wait(PATIENCE)
         self.process.stdout.close()
         return code
+
+
+class BesideSimulator(unittest.TestCase):
+    """Each test with a demo robot of its own as `self.sim`, which `sinew sim` reaches by itself."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        os.environ["XDG_RUNTIME_DIR"] = folder.name
+        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
+        self.sim = Simulator()
+        self.addCleanup(self.sim.close)
 
 
 class Terminal:

@@ -13,7 +13,7 @@ import unittest
 
 import can
 
-from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, as_json, environment, sinew
+from support import DEMO, PATIENCE, SINEW, SOURCE, BesideSimulator, Simulator, as_json, environment, sinew
 
 BUSES = {"left": "sam", "waist": "nuri", "legs": "rmd"}
 
@@ -121,15 +121,7 @@ class Measure(InFolder):
         self.refused(["bus", "sim:/is/not/here.toml#left", "--measure", "1s"], 9)
 
 
-class Found(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        os.environ["XDG_RUNTIME_DIR"] = folder.name
-        self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
-        self.sim = Simulator()
-        self.addCleanup(self.sim.close)
-
+class Found(BesideSimulator):
     def test_without_ids_it_measures_whoever_answers_a_scan(self):
         port = self.sim.link["waist"].split("?")[0]  # without the rate, which they are found at
         for link, family, rate, count in ((port, "nuri", 115200, 4), (self.sim.link["legs"], "rmd", 1000000, 6)):
