@@ -117,7 +117,7 @@ class Killed(unittest.TestCase):
         program.read_until("gave no sign for 4.5 s")  # 0.5 s, and four times SINEW_PATIENCE
 
     def test_ctrl_z_stops_a_robot_that_plays_and_says_why_it_ends(self):
-        program = self.play("hold")
+        program = self.play("hold", "silence_max_s = 5\n")  # its devices are a program, too, on a machine with other work
         program.process.send_signal(signal.SIGTSTP)
         program.read_until("cannot stop its motor")
         self.assertEqual(program.end(), 130, program.seen)
