@@ -39,12 +39,12 @@ Supervisor supervisor_for(const Driven& driven, Reached reached)
 
 Supervised::Supervised(Session& session, Driven& driven, Reached reached)
     : session_(session), driven_(driven), guard_(supervisor_for(driven, reached)), between_full_(between_full_looks),
-      placed_at_(session.clock().now()), looked_at_(placed_at_), full_at_(placed_at_ + between_full_)
+      answered_at_(session.clock().now()), looked_at_(answered_at_), full_at_(answered_at_ + between_full_)
 {
     // Some devices tell their current in full looks only, and one that lasts for so long is too much.
     if (guard_.rules().limits.current_max_a)
         between_full_ = Supervisor::lasting / 2;
-    guard_.begin(state(), placed_at_);
+    guard_.begin(state(), answered_at_);
 }
 
 actuator::State Supervised::state() const
@@ -56,15 +56,8 @@ std::expected<void, Error> Supervised::judge(Duration interval)
 {
     const TimePoint now = session_.clock().now();
     // A command is renewed by whoever looks.
-    const auto found = guard_.judge(state(), running_, now, missing_since_.value_or(now), interval, now);
-    if (found.measure != robot::Measure::none)
-        return named(found.why);
-    const auto& limits = guard_.rules().limits;
-    const bool needs_place = limits.position_low_rad || limits.position_high_rad;
-    if (needs_place && !is_missing() && now - placed_at_ > guard_.rules().silence_max)
-        return fail(Errc::timeout, fmt::format("{} has not said for {:.2f} s where it is, and its limits need that",
-                                               driven_.device.name, seconds(now - placed_at_)));
-    return {};
+    const auto found = guard_.judge(state(), running_, now, is_missing() ? answered_at_ : now, interval, now);
+    return found.measure == robot::Measure::none ? std::expected<void, Error>{} : named(found.why);
 }
 
 std::expected<void, Error> Supervised::send(const actuator::Command& command)
@@ -170,13 +163,13 @@ std::expected<void, Error> Supervised::look()
         return back;
     else if (auto told = tell_again(); !told)
         return told;
+    if (read)
+        answered_at_ = session_.clock().now();
     if (read && full)
         full_at_ = now + between_full_;
     const Duration interval = now - looked_at_;
     looked_at_ = now;
     const auto seen = state();
-    if (seen.position_rad)
-        placed_at_ = seen.position_rad.at();
     if (seen.position_rad && running_.mode != actuator::Mode::position)
         guard_.follow(*seen.position_rad, now);
     guard_.observe(seen);

@@ -60,7 +60,7 @@ private:
     Duration between_full_;
     actuator::Command running_{.mode = actuator::Mode::hold};
     bool has_sent_ = false;
-    TimePoint placed_at_; ///< its position was measured last
+    TimePoint answered_at_;
     TimePoint looked_at_;
     TimePoint full_at_;                      ///< the next full reading is due
     std::optional<TimePoint> missing_since_; ///< an answer

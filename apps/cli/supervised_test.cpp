@@ -139,7 +139,9 @@ TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
     const auto ended = turn_on(words, session, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
     ASSERT_FALSE(ended);
     EXPECT_EQ(ended.error().code, Errc::timeout);
-    EXPECT_NE(ended.error().detail.find("has not said for 0.5"), std::string::npos) << ended.error().detail;
+    EXPECT_NE(ended.error().detail.find("left_hip: it answers, but has not told its position for 0.5"),
+              std::string::npos)
+        << ended.error().detail;
     EXPECT_GT(end, begin);
     EXPECT_LT(end - begin, 700ms); // silence_max_s, and what a look takes
 }

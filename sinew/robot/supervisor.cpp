@@ -38,6 +38,7 @@ Finding Supervisor::finding(Measure measure, Errc code, std::string why) const
 void Supervisor::begin(const State& state, TimePoint now)
 {
     seen_ = {};
+    placed_at_ = now;
     velocity_rad_s_ = fastest_rad_s_ = 0.0;
     too_fast_since_.reset();
     too_strong_since_.reset();

@@ -13,10 +13,10 @@ namespace sinew::robot {
 /// What one joint is held to, in the units of the joint.
 struct Rules {
     actuator::Limits limits;
-    std::optional<Duration> command_timeout;        ///< a command that nobody renews for so long is over
-    Duration silence_max{};                         ///< so long a device may give no answer
-    Duration stop_time{};                           ///< in which it surely comes to rest after it was told to hold
-    std::optional<double> lead_max_rad;             ///< so far a streamed position may be ahead of the shaft
+    std::optional<Duration> command_timeout; ///< a command that nobody renews for so long is over
+    Duration silence_max{};                  ///< so long a device may give no answer, or none that tells its place
+    Duration stop_time{};                    ///< in which it surely comes to rest after it was told to hold
+    std::optional<double> lead_max_rad;      ///< so far a streamed position may be ahead of the shaft
     std::optional<double> torque_constant_nm_per_a; ///< of the joint, where it is known
 };
 
@@ -111,6 +111,7 @@ private:
     double allowance_rad(TimePoint now) const;
     double lead_rad(TimePoint now) const;
     void refer_to(double position_rad, bool is_commanded, TimePoint now);
+    Finding judge_silence(const actuator::Command& running, TimePoint answered, TimePoint now) const;
     Finding judge_faults(const actuator::State& state) const;
     Finding judge_excess(const actuator::State& state);
     Finding judge_place(const actuator::State& state, const actuator::Command& running, Duration interval,
@@ -130,6 +131,7 @@ private:
     bool is_commanded_ = false;  ///< the reference
     double allowance_rad_ = 0.0; ///< at `reference_at_`
     actuator::Measured<double> seen_;
+    TimePoint placed_at_{}; ///< its position was measured last, or was not asked for before
     double velocity_rad_s_ = 0.0;
     double fastest_rad_s_ = 0.0; ///< of late, for how far it may still be going
     std::optional<TimePoint> too_fast_since_, too_strong_since_;

@@ -49,6 +49,7 @@ void Supervisor::observe(const State& state)
         velocity_rad_s_ = (*state.position_rad - *seen_) / gap;
     fastest_rad_s_ = std::max(std::abs(velocity_rad_s_), fastest_rad_s_ * std::exp2(-gap / fading_s));
     seen_ = state.position_rad;
+    placed_at_ = std::max(placed_at_, at);
     see_whether_it_comes();
     // Who came back may not leave again.
     const auto& limits = rules_.limits;
@@ -61,6 +62,23 @@ void Supervisor::observe(const State& state)
 double Supervisor::stopping_distance_rad(double velocity_rad_s, Duration interval) const
 {
     return std::abs(velocity_rad_s) * (2.0 * seconds(interval) + seconds(rules_.stop_time) / 2.0);
+}
+
+/// Who answers without telling where he is is watched no better than who is silent. Counted up to his last answer: a
+/// slow RMD tells a position in every second cycle only, and who falls silent told his before other things.
+Finding Supervisor::judge_silence(const Command& running, TimePoint answered, TimePoint now) const
+{
+    if (now - answered > rules_.silence_max)
+        return finding(
+            Measure::stop, Errc::timeout,
+            fmt::format("it has not answered for {:.2f} s; is its cable or its supply off?", seconds(now - answered)));
+    const bool needs_place = rules_.limits.position_low_rad || rules_.limits.position_high_rad;
+    if (needs_place && is_driven(running.mode) && answered - placed_at_ > rules_.silence_max)
+        return finding(Measure::stop, Errc::timeout,
+                       fmt::format("it answers, but has not told its position for {:.2f} s, and its limits need that; "
+                                   "is its encoder at fault, or has it turned further than it can tell?",
+                                   seconds(now - placed_at_)));
+    return {};
 }
 
 Finding Supervisor::judge_faults(const State& state) const
@@ -137,10 +155,8 @@ Finding Supervisor::judge_place(const State& state, const Command& running, Dura
 Finding Supervisor::judge(const State& state, const Command& running, TimePoint commanded, TimePoint answered,
                           Duration interval, TimePoint now)
 {
-    if (now - answered > rules_.silence_max)
-        return finding(
-            Measure::stop, Errc::timeout,
-            fmt::format("it has not answered for {:.2f} s; is its cable or its supply off?", seconds(now - answered)));
+    if (auto silence = judge_silence(running, answered, now); silence.measure != Measure::none)
+        return silence;
     if (auto fault = judge_faults(state); fault.measure != Measure::none)
         return fault;
     if (is_driven(running.mode))

@@ -328,6 +328,58 @@ TEST(Supervisor, SilenceTimeOutsHeatAndFaultsAreFound)
     EXPECT_EQ(judge(hot, start, start, start), Measure::stop);
 }
 
+TEST(Supervisor, AJointThatAnswersWithoutTellingItsPositionIsStopped)
+{
+    const State unplaced; // as after enabling, or after an answer that tells other things
+    const auto after = [&](Duration time, Mode mode = Mode::hold) {
+        Supervisor elbow = guard(true);
+        elbow.begin(at(0, start - 1s), start);
+        elbow.observe(unplaced);
+        return elbow.judge(unplaced, {.mode = mode}, start + time, start + time, 10ms, start + time);
+    };
+    EXPECT_EQ(after(500ms).measure, Measure::none) << "it may be silent for so long, from where it began";
+    const auto found = after(501ms);
+    EXPECT_EQ(found.measure, Measure::stop);
+    EXPECT_EQ(found.why.code, Errc::timeout);
+    EXPECT_EQ(found.why.detail.find("elbow: it answers, but has not told its position for 0.50 s"), 0U)
+        << found.why.detail;
+    EXPECT_EQ(after(501ms, Mode::position).measure, Measure::stop);
+    for (const Mode free : {Mode::release, Mode::brake})
+        EXPECT_EQ(after(10s, free).measure, Measure::none) << "nobody drives it";
+    Supervisor wheel("wheel", 3, {.silence_max = 500ms}, true);
+    wheel.begin(unplaced, start);
+    EXPECT_EQ(wheel.judge(unplaced, {.mode = Mode::velocity}, start, start + 10s, 10ms, start + 10s).measure,
+              Measure::none)
+        << "no limit needs its place";
+}
+
+TEST(Supervisor, AJointThatFallsSilentIsNotSaidToAnswer)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(0, start), start);
+    elbow.observe(at(0, start + 10ms));
+    const TimePoint answered = start + 15ms; // with what it was asked for after its position
+    EXPECT_EQ(elbow.judge(at(0, start + 10ms), {}, start, answered, 10ms, start + 515ms).measure, Measure::none);
+    const auto found = elbow.judge(at(0, start + 10ms), {}, start, answered, 10ms, start + 516ms);
+    EXPECT_EQ(found.measure, Measure::stop);
+    EXPECT_NE(found.why.detail.find("it has not answered for 0.50 s"), std::string::npos) << found.why.detail;
+}
+
+TEST(Supervisor, AJointOfASlowBusMayTellItsPositionInEverySecondCycle)
+{
+    Supervisor elbow = guard(true);
+    elbow.begin(at(0, start), start);
+    State seen;
+    for (int cycle = 0; cycle < 6; ++cycle) {
+        const TimePoint answered = start + cycle * 400ms;
+        if (cycle % 2 == 0)
+            seen = at(0, answered);
+        elbow.observe(seen);
+        for (const TimePoint now : {answered, answered + 400ms})
+            EXPECT_EQ(elbow.judge(seen, {}, now, answered, 400ms, now).measure, Measure::none) << cycle;
+    }
+}
+
 TEST(Mounting, GoesThereAndBack)
 {
     const Mounting mounting{.direction = -1.0, .ratio = 2.5, .zero_rad = 0.7};
