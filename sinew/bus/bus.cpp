@@ -1,6 +1,7 @@
 #include "sinew/bus/bus.hpp"
 
 #include <algorithm>
+#include <alloca.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -308,9 +309,9 @@ void Bus::run(std::span<const wire::Request> requests, std::span<Result> results
 
 bool drive(std::span<Bus* const> buses, TimePoint until)
 {
-    constexpr std::size_t most_handles = 32;
+    // Link and stop of each, however many: on the stack, for here nothing is asked of the heap.
+    auto* const handles = static_cast<link::Handle*>(::alloca(2 * buses.size() * sizeof(link::Handle)));
     for (;;) {
-        std::array<link::Handle, most_handles> handles;
         std::size_t count = 0;
         TimePoint deadline = until;
         bool open = false;
@@ -323,8 +324,7 @@ bool drive(std::span<Bus* const> buses, TimePoint until)
                 continue;
             // One that has nothing to do may be told to stop.
             for (const auto& handle : ended ? bus->handles().last(1) : bus->handles())
-                if (count < handles.size())
-                    handles[count++] = handle;
+                handles[count++] = handle;
         }
         if (std::ranges::any_of(buses, &Bus::has_news))
             continue;
@@ -333,7 +333,7 @@ bool drive(std::span<Bus* const> buses, TimePoint until)
         link::Clock& clock = buses.front()->clock();
         if (until != TimePoint::max() && clock.now() >= until)
             return false;
-        clock.wait(std::span(handles).first(count), deadline);
+        clock.wait({handles, count}, deadline);
     }
 }
 

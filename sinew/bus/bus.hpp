@@ -216,8 +216,8 @@ private:
     std::uint64_t losses_ = 0;
 };
 
-/// Works on all buses at once, in this thread, until every exchange has ended or `until` has come. All buses share one
-/// clock. Returns false when time ran out first.
+/// Works on all buses at once, however many, in this thread, until every exchange has ended or `until` has come. All
+/// buses share one clock. Returns false when time ran out first.
 bool drive(std::span<Bus* const> buses, TimePoint until = TimePoint::max());
 
 template <class M>

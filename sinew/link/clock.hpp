@@ -34,9 +34,6 @@ public:
 class RealClock final : public Clock
 {
 public:
-    /// One wait looks at this many descriptors; those beyond wake nobody before the deadline.
-    static constexpr std::size_t max_handles = 32;
-
     TimePoint now() const override;
     void wait(std::span<const Handle> handles, TimePoint deadline) override { wait_since(now(), handles, deadline); }
     void wait_since(TimePoint now, std::span<const Handle> handles, TimePoint deadline) override;

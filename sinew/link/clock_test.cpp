@@ -68,9 +68,10 @@ TEST_F(RealClockTest, OnlyLooksWhenTheDeadlineIsGone)
     EXPECT_LT(clock_.now(), before + test::patience);
 }
 
-TEST_F(RealClockTest, TakesMoreHandlesThanItLooksAt)
+TEST_F(RealClockTest, TheLastOfVeryManyHandlesEndsTheWaitToo)
 {
-    const std::vector<Handle> handles(RealClock::max_handles + 1, Handle{.fd = pipe_[0]});
+    std::vector<Handle> handles(500);
+    handles.push_back({.fd = pipe_[0]});
     ASSERT_EQ(::write(pipe_[1], "x", 1), 1);
     const TimePoint deadline = clock_.now() + test::patience;
     clock_.wait(handles, deadline);

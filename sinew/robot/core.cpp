@@ -2,6 +2,7 @@
 
 #include "sinew/base/seconds.hpp"
 #include "sinew/link/can_ids.hpp"
+#include "sinew/robot/guardian.hpp"
 
 #include <algorithm>
 #include <array>
@@ -87,13 +88,11 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
     if (!resolved)
         return std::unexpected(std::move(resolved.error()));
     core->resolved = std::move(*resolved);
-    // One wait looks at two descriptors of each; those of further ones would wake nobody.
-    constexpr std::size_t most_buses = link::RealClock::max_handles / 2;
-    if (core->file.buses.size() > most_buses)
-        return config::fail_at(core->file, core->file.buses[most_buses].at,
+    if (core->file.buses.size() > guardian::most_buses)
+        return config::fail_at(core->file, core->file.buses[guardian::most_buses].at,
                                fmt::format("a robot has at most {} buses, and this one has {}; drive the others from a "
                                            "second program with a file of its own.",
-                                           most_buses, core->file.buses.size()));
+                                           guardian::most_buses, core->file.buses.size()));
     for (const auto& [name, link] : options.links)
         if (core->file.find_bus(name) == nullptr)
             return fail(Errc::unknown_name, fmt::format("{} has no bus '{}'", core->file.path, name));
@@ -212,7 +211,6 @@ std::expected<void, Error> Core::cycle()
 
 std::expected<void, Error> Core::run(Duration period, const std::function<bool()>& each, TimePoint until)
 {
-    constexpr std::size_t most_handles = link::RealClock::max_handles;
     ask_for_real_time();
     TimePoint next = clock->now();
     leaving = false;
@@ -238,7 +236,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
                 continue;
         }
         TimePoint wake = std::min(next, until);
-        std::array<link::Handle, most_handles> handles;
+        std::array<link::Handle, 2 * guardian::most_buses> handles;
         std::size_t count = 0;
         bool ended = false;
         for (auto& line : lines) {
@@ -258,8 +256,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             wake = std::min(wake, line->busy() ? line->bus().deadline() : line->due());
             const auto all = line->bus().handles();
             for (const auto& handle : line->busy() ? all : all.last(1))
-                if (count < handles.size())
-                    handles[count++] = handle;
+                handles[count++] = handle;
         }
         if (!ended)
             clock->wait(std::span(handles).first(count), wake);

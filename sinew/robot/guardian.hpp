@@ -13,7 +13,9 @@ namespace sinew::robot {
 
 namespace guardian {
 struct Memory;
-}
+/// As many have a place in the memory that a program shares with its guardian.
+inline constexpr std::size_t most_buses = 16;
+} // namespace guardian
 
 /// What is known of one bus after a stop.
 struct StoppedBus {
@@ -63,7 +65,7 @@ public:
 
     /// Hands over one bus, again whenever its link was opened again: a duplicate of its descriptor and what stops it.
     /// `unsupported` for links without a descriptor (those of a simulator in the same process), `out_of_range` for more
-    /// than 16 buses or 256 frames. `name` is the link as others call it.
+    /// than `most_buses` or 256 frames. `name` is the link as others call it.
     std::expected<void, Error> watch(std::size_t bus, std::string_view name, const link::AnyLink& link,
                                      const StopFrames& stop);
     /// Other frames for a bus that is watched: where a joint holds changes as it moves. Says also that its motors were

@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/link/link.hpp"
+#include "sinew/robot/guardian.hpp"
 
 #include <array>
 #include <atomic>
@@ -8,7 +9,6 @@
 /// The memory that a program shares with its guardian. For the files of the guardian only.
 namespace sinew::robot::guardian {
 
-inline constexpr std::size_t most_buses = 16;
 inline constexpr std::size_t most_pieces = 256; ///< frames of one list that stop one bus
 inline constexpr std::size_t longest_name = 256;
 inline constexpr std::size_t longest_word = 160; ///< of what became of a bus

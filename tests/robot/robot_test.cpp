@@ -300,7 +300,7 @@ TEST(Robot, HearsOnACanInterfaceTheIdentifiersOfItsJointsOnly)
     EXPECT_EQ(opened, std::vector<std::string>{"can:can0?ids=141,152,192"}) << "the second answers from 180h on";
 }
 
-TEST(Robot, OfMoreBusesThanOneWaitLooksAtIsNotOpened)
+TEST(Robot, OfMoreBusesThanItsGuardianHasPlacesForIsNotOpened)
 {
     const auto with_buses = [](int count) {
         std::string text = "version = 1\n";
