@@ -172,7 +172,8 @@ Verb decode_verb()
                      {"sinew decode 0B 33 --reply-to read-input-voltage --model SAM-20", "an answer of SAM"},
                      {"candump -L can0 | sinew decode -", "a log"}},
         .run = run,
-        .more = "A frame of RMD can be a request and an answer; then both readings are shown."};
+        .more = "A frame of RMD can be a request and an answer; then both readings are shown.",
+        .ends = {exit_bad_answer, exit_refused}};
 }
 
 } // namespace sinew::cli

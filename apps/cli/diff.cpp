@@ -113,7 +113,8 @@ Verb diff_verb()
                          {"sinew diff kept.toml elbow --robot arm.toml --sim", "one joint, simulated"},
                          {"sinew diff kept.toml then.toml", "two files"}},
             .run = run,
-            .more = "The exit code is 0 where nothing differs and 13 where something does. Nothing is written."};
+            .more = "The exit code is 0 where nothing differs and 13 where something does. Nothing is written.",
+            .ends = {exit_differs}};
 }
 
 } // namespace sinew::cli

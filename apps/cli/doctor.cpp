@@ -204,7 +204,8 @@ Verb doctor_verb()
         .more = "It only reads: nothing moves and nothing is stored. Port, permission, other programs, adapter, "
                 "echo, bit rate, ids, duplicates, settings, supply, faults and lost answers are looked at in this "
                 "order; what fails does not hide what comes after it. Each finding has a name that stays, and a "
-                "page under docs/troubleshooting."};
+                "page under docs/troubleshooting.",
+        .ends = {exit_diagnosed_warning, exit_diagnosed_error}};
 }
 
 } // namespace sinew::cli

@@ -204,7 +204,8 @@ Verb export_verb()
                      {"sinew export run.mcap --to candump --bus legs", "for canplayer"}},
         .run = run,
         .more = "Units stand in the names of the columns; time_s is seconds since 1970 (UTC), of simulated buses "
-                "since power-on. A value stands in the row in which it was new."};
+                "since power-on. A value stands in the row in which it was new.",
+        .ends = {exit_refused, exit_interrupted}};
 }
 
 } // namespace sinew::cli

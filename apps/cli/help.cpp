@@ -65,7 +65,15 @@ Rows exit_code_rows()
 {
     Rows out;
     for (const auto& code : exit_codes())
-        out.emplace_back(std::to_string(code.number), code.says);
+        out.emplace_back(std::to_string(code.number), code.of_motion.empty() ? code.says : code.of_motion);
+    return out;
+}
+
+Rows exit_code_rows(const Verb& verb)
+{
+    Rows out;
+    for (const auto& [number, says] : exit_codes_of(verb))
+        out.emplace_back(std::to_string(number), says);
     return out;
 }
 
@@ -138,7 +146,7 @@ std::string help(const Verb& verb)
         out += fmt::format("\n{}\n", bold("Examples"));
     for (const auto& e : verb.examples)
         out += fmt::format("  {}\n      {}\n", command_line(e.line), wrap(e.says, 6, fits()));
-    return out + section("Exit codes", exit_code_rows());
+    return out + section("Exit codes", exit_code_rows(verb));
 }
 
 std::string help()
@@ -187,6 +195,9 @@ std::string help_json()
         Json options = Json::array();
         for (const auto& o : verb.options)
             options.add(Json::object({{"name", o.name}, {"value", o.value}, {"says", o.says}, {"many", o.many}}));
+        Json codes = Json::array();
+        for (const auto& [number, says] : exit_codes_of(verb))
+            codes.add(number);
         Json examples = Json::array();
         for (const auto& e : verb.examples)
             examples.add(Json::object({{"line", e.line}, {"says", e.says}}));
@@ -195,6 +206,7 @@ std::string help_json()
                               {"arguments", std::move(arguments)},
                               {"options", std::move(options)},
                               {"examples", std::move(examples)},
+                              {"exit_codes", std::move(codes)},
                               {"more", verb.more}}));
     }
     return all.pretty() + "\n";

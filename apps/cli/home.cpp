@@ -110,7 +110,8 @@ Verb home_verb()
             "says, or else through all of its range and 20 deg more; then it is brought to rest. A SAM knows no speed "
             "for a move to a position; it is led in "
             "small steps. Ctrl-C makes a joint stay "
-            "where it is. A joint that does not arrive holds there, and ends it."};
+            "where it is. A joint that does not arrive holds there, and ends it.",
+        .ends = {exit_at_limit}};
 }
 
 } // namespace sinew::cli

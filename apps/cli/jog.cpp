@@ -230,7 +230,8 @@ Verb jog_verb()
             "Arrow keys or h and l turn, space or any other key stops, + and - change the speed, q ends. One "
             "press is a nudge of a tenth of a second; it goes on while the key repeats and stops within 0.2 s "
             "after the last. The limits of the robot file hold; beyond one only the key that leads back turns. At the "
-            "end it holds its position."};
+            "end it holds its position.",
+        .ends = {exit_at_limit}};
 }
 
 } // namespace sinew::cli

@@ -59,6 +59,11 @@ std::string body(const Verb& verb, std::string_view heading)
         out += ".SH EXAMPLES\n";
     for (const auto& e : verb.examples)
         out += fmt::format(".PP\n{}:\n.PP\n.RS 4\n.EX\n{}\n.EE\n.RE\n", roff(e.says), roff(e.line));
+    if (heading == ".SH") {
+        out += ".SH EXIT STATUS\n";
+        for (const auto& [number, says] : exit_codes_of(verb))
+            out += term(std::to_string(number), "", says);
+    }
     return out;
 }
 

@@ -123,7 +123,8 @@ Verb move_verb()
             "Ctrl-C makes it stay where it is, and so does whatever else ends it on the way. The limits of the robot "
             "file hold for what is sent and for what is measured: speed, current, heat and faults too. A SAM knows no "
             "speed for a move; with one it is led in small steps. What a device cannot do is refused; a torque needs a "
-            "known torque constant."};
+            "known torque constant.",
+        .ends = {exit_at_limit}};
 }
 
 } // namespace sinew::cli

@@ -210,7 +210,8 @@ Verb plan_verb()
             .more = "Computed from the rows of the messages alone: bits on the wire, and the response times of the "
                     "devices. The host's own time is not in it; sinew bus --measure measures with it. A CAN frame has "
                     "stuff bits that depend on what it carries, so its figures are a range. "
-                    "An SLCAN adapter carries no more than the baud=RATE of its link."};
+                    "An SLCAN adapter carries no more than the baud=RATE of its link.",
+            .ends = {exit_refused}};
 }
 
 } // namespace sinew::cli

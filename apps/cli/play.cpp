@@ -279,7 +279,8 @@ Verb play_verb()
             .more =
                 "All joints of a move arrive together, within the limits of the robot file; docs/guide/sequences.md "
                 "has the form. At the end the joints hold. Ctrl-C slows down and holds; a second one stops the "
-                "robot as [safety] says."};
+                "robot as [safety] says.",
+            .ends = {exit_at_limit}};
 }
 
 } // namespace sinew::cli

@@ -174,7 +174,8 @@ Verb plot_verb()
         .examples = {{"sinew plot run.mcap", "the positions of all joints"},
                      {"sinew plot run.mcap --joint elbow --value position_rad --value current_a --out elbow.svg",
                       "two values of one joint"}},
-        .run = run};
+        .run = run,
+        .ends = {exit_refused}};
 }
 
 } // namespace sinew::cli

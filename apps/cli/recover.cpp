@@ -99,7 +99,8 @@ Verb recover_verb()
             .examples = {{"sinew recover run.mcap", "writes run.recovered.mcap"},
                          {"sinew recover run.mcap --out whole.mcap --json", "for a program"}},
             .run = run,
-            .more = "FILE stays as it is. Of a chunk whose checksum does not fit nothing is kept."};
+            .more = "FILE stays as it is. Of a chunk whose checksum does not fit nothing is kept.",
+            .ends = {exit_interrupted}};
 }
 
 } // namespace sinew::cli

@@ -149,7 +149,8 @@ Verb replay_verb()
             .run = run,
             .more =
                 "As a link, replay:FILE#BUS answers requests as the devices did. sinew sniff --replay reads the frames "
-                "of other formats as well."};
+                "of other formats as well.",
+            .ends = {exit_refused, exit_interrupted}};
 }
 
 } // namespace sinew::cli

@@ -203,7 +203,8 @@ Verb sim_step_verb()
                          {"sinew sim step arm.toml --joint elbow --to 60deg --gains 100,0,50 --json", "for tuning"}},
             .run = run,
             .more = "It runs in virtual time and needs no `sinew sim`. What the joint carries stands in the robot file "
-                    "under [joint.NAME.plant]."};
+                    "under [joint.NAME.plant].",
+            .ends = {exit_no_answer, exit_refused}};
 }
 
 } // namespace sinew::cli

@@ -267,7 +267,8 @@ Verb tune_verb()
                     "step_max_deg of the robot file says how long a step may be, and "
                     "its other limits hold for what is measured. Looks are as many as the bus allows: steps that are "
                     "faster than "
-                    "that are not seen well."};
+                    "that are not seen well.",
+            .ends = {exit_at_limit}};
 }
 
 } // namespace sinew::cli

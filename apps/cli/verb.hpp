@@ -74,6 +74,7 @@ struct Verb {
     Outcome (*run)(const Words&) = nullptr;
     bool acts = false;       ///< it moves or stops something, or sets or writes it
     std::string_view more{}; ///< what else must be known, after the options
+    std::vector<int> ends{}; ///< exit codes beside those that its words bring with them (`exit_codes_of`)
 };
 
 /// Every verb, in the order of the help.

@@ -1,4 +1,5 @@
 """What the tests of the command share: the binary, a simulated robot behind ptys, and a terminal."""
+import functools
 import json
 import os
 import pty
@@ -25,11 +26,30 @@ def environment(**more):
     return env
 
 
+@functools.cache
+def verbs():
+    done = subprocess.run([SINEW, "help", "--json"], capture_output=True, text=True, timeout=PATIENCE, check=True)
+    return {verb["name"]: verb["exit_codes"] for verb in json.loads(done.stdout)}
+
+
+def codes_of(words):
+    """The exit codes that the help of a verb names; None: no verb."""
+    return verbs().get(" ".join(words[:2]), verbs().get(words[0] if words else ""))
+
+
+def check_that_help_names(code, words):
+    """A program that was killed (a negative code) did not end by itself."""
+    known = codes_of(words)
+    if known is not None and code >= 0 and code not in known:
+        raise AssertionError(f"sinew {' '.join(words)} ended with {code}, which its help does not name: {known}")
+
+
 def sinew(*words, code=0, text=None, columns=None):
     """Runs the command without a terminal and checks its exit code."""
     env = environment(COLUMNS=str(columns)) if columns else environment()
     done = subprocess.run([SINEW, *words], input=text, stdin=subprocess.DEVNULL if text is None else None,
                           capture_output=True, text=True, timeout=PATIENCE, env=env, cwd=SOURCE)
+    check_that_help_names(done.returncode, words)
     if done.returncode != code:
         raise AssertionError(f"sinew {' '.join(words)} ended with {done.returncode} instead of {code}\n"
                              f"{done.stdout}{done.stderr}")
@@ -81,6 +101,7 @@ class Terminal:
         import struct
         import termios
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        self.words = words
         self.process = subprocess.Popen([SINEW, *words], stdin=slave, stderr=slave, stdout=stdout or slave,
                                         env=env or environment(), cwd=cwd)
         os.close(slave)
@@ -129,4 +150,5 @@ class Terminal:
             pass
         code = self.process.wait(PATIENCE)
         os.close(self.master)
+        check_that_help_names(code, self.words)
         return code
