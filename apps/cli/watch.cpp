@@ -84,7 +84,7 @@ void look(Watched& watched)
         watched.trend.erase(watched.trend.begin());
 }
 
-void print_plain(const std::vector<Watched>& all, Duration time)
+void print_plain(const Session& session, const LinkReports& reports, const std::vector<Watched>& all, Duration time)
 {
     for (const auto& one : all) {
         std::string line = fmt::format("{:8.2f} s  {}", seconds(time), one.driven.device.name);
@@ -93,15 +93,22 @@ void print_plain(const std::vector<Watched>& all, Duration time)
                 line += "  " + cell;
         fmt::print("{}{}{}\n", line, one.trouble.empty() ? "" : "  ", one.trouble.empty() ? "" : no_state(one));
     }
+    for (const auto* bus : session.buses()) {
+        const auto* report = reports.of(*bus);
+        if (const auto troubles = report != nullptr ? troubles_of(*report) : ""; !troubles.empty())
+            fmt::print("{:8.2f} s  {}: {}\n", seconds(time), name_of(*bus, all), troubles);
+    }
     std::fflush(stdout);
 }
 
-void print_json(const std::vector<Watched>& all, Duration time)
+void print_json(const LinkReports& reports, const std::vector<Watched>& all, Duration time)
 {
     for (const auto& one : all) {
         Json line = state_json(one.driven, time);
         if (!one.trouble.empty())
             line.set("error", one.trouble);
+        if (const auto* report = reports.of(*one.driven.bus); report != nullptr)
+            line.set("adapter", report_json(*report));
         print_line(line);
     }
 }
@@ -122,6 +129,7 @@ Outcome run(const Words& words)
     const TimePoint end = *time ? begin + **time : TimePoint::max();
     TimePoint next = begin;
     LinkNews news;
+    LinkReports reports;
     std::ptrdiff_t above = 0;
     bool over = false; // a recording
     const bool recorded = record::is_replay(all->front().driven.device.link);
@@ -135,13 +143,14 @@ Outcome run(const Words& words)
         // What was said stands above the table, which begins anew.
         if (news.tell(session))
             above = 0;
+        reports.look(session);
         const Duration since = session.clock().now() - begin;
         if (words.json())
-            print_json(*all, since);
+            print_json(reports, *all, since);
         else if (stdout_is_terminal())
-            print_picture(session, *all, above);
+            print_picture(session, reports, *all, above);
         else
-            print_plain(*all, since);
+            print_plain(session, reports, *all, since);
         // A slow wire skips looks instead of falling behind.
         next = std::max(next + period->value_or(default_period), session.clock().now());
         if (next >= end)
@@ -171,8 +180,9 @@ Verb watch_verb()
                      {"sinew watch serial:/dev/ttyUSB0 --family sam --id 1 --json --for 5s", "for a program"}},
         .run = run,
         .more = "On a terminal the table stays in place, with the trend of each position and, below, what each bus has "
-                "asked and lost; what does not fit is left out. Elsewhere every look is a line. A link that is "
-                "unplugged is waited for. A recording ends where it has no more to tell."};
+                "asked and lost; what does not fit is left out. Elsewhere every look is a line. What a CAN adapter or "
+                "controller refused and lost, and its state where it is not error-active, stand in a line of its bus. "
+                "A link that is unplugged is waited for. A recording ends where it has no more to tell."};
 }
 
 } // namespace sinew::cli

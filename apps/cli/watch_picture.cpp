@@ -104,17 +104,8 @@ std::string table_that_fits(std::span<const Watched> all)
     return table(all, layouts().back());
 }
 
-/// As the robot file calls it.
-std::string name_of(const bus::Bus& bus, std::span<const Watched> all)
-{
-    for (const auto& one : all)
-        if (one.driven.bus == &bus && one.driven.device.joint != nullptr)
-            return one.driven.device.joint->bus.value;
-    return short_name(bus.name());
-}
-
-/// A line for each bus: how its wire is.
-std::string bus_lines(const Session& session, std::span<const Watched> all)
+/// A line for each bus: how its wire is; and one for what its link tells of troubles.
+std::string bus_lines(const Session& session, const LinkReports& reports, std::span<const Watched> all)
 {
     std::string out;
     for (const auto* bus : session.buses()) {
@@ -131,14 +122,17 @@ std::string bus_lines(const Session& session, std::span<const Watched> all)
         if (bus->link_trouble() != nullptr)
             line += ", link lost";
         out += line.substr(0, columns()) + '\n';
+        const auto* report = reports.of(*bus);
+        if (const auto troubles = report != nullptr ? troubles_of(*report) : ""; !troubles.empty())
+            out += ("  " + troubles).substr(0, columns()) + '\n';
     }
     return out;
 }
 
 /// What a screen shows: the joints that it has room for, and the buses.
-std::string picture(const Session& session, std::span<const Watched> all)
+std::string picture(const Session& session, const LinkReports& reports, std::span<const Watched> all)
 {
-    const auto buses = bus_lines(session, all);
+    const auto buses = bus_lines(session, reports, all);
     const auto below = static_cast<std::size_t>(std::ranges::count(buses, '\n')) + 3; // head, rest and cursor
     const std::size_t room = std::max<std::size_t>(window_of(STDOUT_FILENO).rows, below + 1) - below;
     if (all.size() <= room + 1)
@@ -153,6 +147,14 @@ std::string picture(const Session& session, std::span<const Watched> all)
 std::string_view no_state(const Watched& watched)
 {
     return watched.lost ? "link lost" : "no answer";
+}
+
+std::string name_of(const bus::Bus& bus, std::span<const Watched> all)
+{
+    for (const auto& one : all)
+        if (one.driven.bus == &bus && one.driven.device.joint != nullptr)
+            return one.driven.device.joint->bus.value;
+    return short_name(bus.name());
 }
 
 Window window_of(int fd)
@@ -178,9 +180,10 @@ void print_over(std::FILE* out, std::string_view text, std::ptrdiff_t& above)
     std::fflush(out);
 }
 
-void print_picture(const Session& session, std::span<const Watched> all, std::ptrdiff_t& above)
+void print_picture(const Session& session, const LinkReports& reports, std::span<const Watched> all,
+                   std::ptrdiff_t& above)
 {
-    print_over(stdout, picture(session, all), above);
+    print_over(stdout, picture(session, reports, all), above);
 }
 
 } // namespace sinew::cli

@@ -1,5 +1,6 @@
 """What doctor says over real pseudo terminals: of ports that cannot be opened, and of a robot that is well."""
 import fcntl
+import json
 import os
 import pathlib
 import pty
@@ -12,6 +13,7 @@ import threading
 import tty
 import unittest
 
+from json_test import problems
 from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, Terminal, as_json, environment, sinew
 
 
@@ -149,6 +151,7 @@ class CanAdapter(unittest.TestCase):
         adapter = RefusingAdapter()
         self.addCleanup(adapter.close)
         self.words = [adapter.link, "--family", "rmd"]
+        self.name = os.path.basename(adapter.link)
 
     def test_what_it_refused_and_lost_stands_in_doctor(self):
         report = as_json("doctor", *self.words, code=12)
@@ -167,6 +170,30 @@ class CanAdapter(unittest.TestCase):
         self.assertIn("the SLCAN adapter answers, it reports bus error, overrun", text)
         self.assertRegex(text, r"refused by the adapter +0 +[1-9]")
         self.assertRegex(text, r"overruns of the adapter +0 +[1-9]")
+
+    def test_what_it_refused_and_lost_stands_in_watch(self):
+        watching = ["watch", *self.words, "--id", "1", "--profile", "rmd-2.35", "--for", "50ms"]
+        with open(os.path.join(SOURCE, "docs/reference/json-schema.json"), encoding="utf-8") as file:
+            schema = json.load(file)
+        line = json.loads(sinew(*watching, "--json", code=7).stdout)
+        self.assertEqual(problems(line, {"$ref": "#/$defs/watch"}, schema), [])
+        self.assertEqual(line["adapter"]["settings"], {"answers": True, "flags": "bus error, overrun"})
+        self.assertGreater(line["adapter"]["counters"]["refused"], 0)
+        trouble = r"it reports bus error, overrun, [1-9]\d* refused by the adapter, [1-9]\d* overruns of the adapter"
+        self.assertRegex(sinew(*watching, code=7).stdout, rf"(?m)^ +\d+\.\d\d s  {self.name}: {trouble}$")
+        shown = Terminal(*watching, columns=100)
+        self.assertEqual(shown.end(), 7)
+        self.assertRegex(shown.seen, rf"{self.name}: \d+ asked, \d+ lost[^\n]*\n  {trouble}")
+
+
+class HealthyCanAdapter(unittest.TestCase):
+    def test_watch_says_nothing_of_it(self):
+        sim = Simulator()
+        self.addCleanup(sim.close)
+        watching = ["watch", "left_knee", *sim.robot, "--for", "50ms"]
+        counters = json.loads(sinew(*watching, "--json").stdout)["adapter"]["counters"]
+        self.assertEqual(set(counters.values()), {0})
+        self.assertEqual(len(sinew(*watching).stdout.splitlines()), 1)
 
 
 class Scan(unittest.TestCase):
