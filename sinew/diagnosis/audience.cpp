@@ -6,22 +6,10 @@
 namespace sinew::diagnosis {
 namespace {
 
-constexpr std::size_t bits_per_byte = 10;
-constexpr std::size_t longest_frame = wire::Frame::capacity;
 /// How far two oscillators are off against each other where a UART is to work at all.
 constexpr double clock_errors[] = {-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03};
 /// A fall is seen up to a sixteenth of a bit late, and the middle of a bit is where its oscillator says.
 constexpr double sampling_shifts[] = {-0.06, -0.015, 0.015, 0.06};
-
-/// Some receivers drop a byte without its stop bit, some deliver it.
-std::vector<std::uint8_t> delivered(std::span<const HeardByte> heard, bool takes_broken)
-{
-    std::vector<std::uint8_t> out;
-    for (const auto& byte : heard)
-        if (takes_broken || !byte.broken)
-            out.push_back(byte.value);
-    return out;
-}
 
 std::vector<std::uint32_t> all_rates()
 {
@@ -36,36 +24,45 @@ std::vector<std::uint32_t> all_rates()
 
 } // namespace
 
-std::vector<HeardByte> hear_at(std::span<const std::uint8_t> bytes, double sent_bps, const Ear& ear)
+LineLevels::LineLevels(std::span<const std::uint8_t> bytes)
 {
-    std::array<bool, bits_per_byte * longest_frame> levels{};
-    std::size_t count = 0;
-    for (const auto byte : bytes) {
-        levels[count++] = false;
-        for (int bit = 0; bit < 8; ++bit)
-            levels[count++] = (byte >> bit & 1) != 0;
-        levels[count++] = true;
-    }
-    // Time counts in bits as they were sent.
-    const double bit = sent_bps / ear.bit_rate;
-    const double middle = 0.5 + ear.sampling_shift;
-    const auto level = [&](double time) {
-        return time >= static_cast<double>(count) || levels[static_cast<std::size_t>(time)];
+    bool before = true;
+    const auto add = [&](bool level) {
+        if (before && !level)
+            falls[static_cast<std::size_t>(fall_count++)] = count;
+        high[static_cast<std::size_t>(count++)] = level;
+        before = level;
     };
-    std::vector<HeardByte> out;
+    for (const auto byte : bytes) {
+        add(false);
+        for (int bit = 0; bit < 8; ++bit)
+            add((byte >> bit & 1) != 0);
+        add(true);
+    }
+}
+
+void hear_at(const LineLevels& line, double sent_bps, const Ear& ear, std::vector<HeardByte>& out)
+{
+    // Time counts in bits as they were sent; a byte is sampled so long after its fall.
+    const double bit = sent_bps / ear.bit_rate;
+    std::array<double, LineLevels::bits_per_byte> samples{};
+    for (std::size_t n = 0; n < samples.size(); ++n)
+        samples[n] = (static_cast<double>(n) + 0.5 + ear.sampling_shift) * bit;
+    const auto level = [&](int fall, std::size_t sample) {
+        const auto time = static_cast<int>(fall + samples[sample]);
+        return time >= line.count || line.high[static_cast<std::size_t>(time)];
+    };
+    out.clear();
     double ready = 0.0;
-    for (std::size_t i = 0; i < count; ++i) {
-        const bool falls = !levels[i] && (i == 0 || levels[i - 1]);
-        const auto fall = static_cast<double>(i);
-        if (!falls || fall < ready || level(fall + middle * bit))
+    for (const int fall : std::span(line.falls).first(static_cast<std::size_t>(line.fall_count))) {
+        if (fall < ready || level(fall, 0))
             continue;
         unsigned byte = 0;
-        for (int n = 0; n < 8; ++n)
-            byte |= static_cast<unsigned>(level(fall + (1 + n + middle) * bit)) << n;
-        ready = fall + (9 + middle) * bit;
-        out.push_back({static_cast<std::uint8_t>(byte), !level(ready)});
+        for (unsigned n = 0; n < 8; ++n)
+            byte |= static_cast<unsigned>(level(fall, 1 + n)) << n;
+        ready = fall + samples.back();
+        out.push_back({static_cast<std::uint8_t>(byte), !level(fall, samples.size() - 1)});
     }
-    return out;
 }
 
 Audience::Audience()
@@ -80,15 +77,37 @@ Audience::Audience()
     }
 }
 
+void Audience::listen(const wire::Frame& frame, std::uint32_t bit_rate) const
+{
+    const auto is_same = [](const wire::Frame& a, const wire::Frame& b) {
+        return std::ranges::equal(a.bytes(), b.bytes());
+    };
+    if (listened_ && listened_->second == bit_rate && is_same(listened_->first, frame))
+        return;
+    const LineLevels line(frame.bytes());
+    std::vector<HeardByte> heard;
+    for (auto& listener : listeners_) {
+        hear_at(line, bit_rate, listener.ear, heard);
+        for (auto& bytes : listener.hears)
+            bytes.clear();
+        for (const auto& byte : heard) {
+            if (!byte.broken)
+                listener.hears[0].push_back(byte.value);
+            listener.hears[1].push_back(byte.value);
+        }
+    }
+    listened_.emplace(frame, bit_rate);
+}
+
 /// Takes the requests off the front of the bytes: whether one of them is more than a read, and how many bytes at the
-/// end are still remembered. Most listeners hear the same, so what was worked out is kept.
+/// end are still remembered.
 Audience::Verdict Audience::judge(const Family& family, std::span<const std::uint8_t> bytes, bool silent) const
 {
     constexpr std::size_t most_kept = 50'000;
-    std::string key(bytes.begin(), bytes.end());
-    key += silent ? 's' : 'g';
-    key += family.name;
-    if (const auto kept = kept_.find(key); kept != kept_.end())
+    key_.assign(bytes.begin(), bytes.end());
+    key_ += silent ? 's' : 'g';
+    key_ += family.name;
+    if (const auto kept = kept_.find(key_); kept != kept_.end())
         return kept->second;
     Verdict out;
     std::span<const std::uint8_t> rest = bytes;
@@ -109,7 +128,7 @@ Audience::Verdict Audience::judge(const Family& family, std::span<const std::uin
     out.remembered = rest.size();
     if (kept_.size() == most_kept)
         kept_.clear();
-    kept_.emplace(std::move(key), out);
+    kept_.emplace(key_, out);
     return out;
 }
 
@@ -117,19 +136,21 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
 {
     if (bit_rate == 0)
         return std::ranges::all_of(all_rates(), [&](std::uint32_t rate) { return harmless(frame, rate); });
+    listen(frame, bit_rate);
+    Bytes after;
     for (const auto& listener : listeners_) {
-        const auto heard = hear_at(frame.bytes(), bit_rate, listener.ear);
-        for (const bool takes_broken : {false, true}) {
-            auto bytes = delivered(heard, takes_broken);
-            if (bytes.empty())
+        for (std::size_t way = 0; way < listener.hears.size(); ++way) {
+            const auto& hears = listener.hears[way];
+            if (hears.empty())
                 continue;
-            if (judge(*listener.family, bytes, true).harm)
+            if (judge(*listener.family, hears, true).harm)
                 return false;
-            const auto& remembers = listener.remembers[takes_broken];
+            const auto& remembers = listener.remembers[way];
             if (remembers.empty())
                 continue;
-            bytes.insert(bytes.begin(), remembers.begin(), remembers.end());
-            if (judge(*listener.family, bytes, false).harm || judge(*listener.family, bytes, true).harm)
+            after = remembers;
+            after.insert(after.end(), hears.begin(), hears.end());
+            if (judge(*listener.family, after, false).harm || judge(*listener.family, after, true).harm)
                 return false;
         }
     }
@@ -138,14 +159,16 @@ bool Audience::harmless(const wire::Frame& frame, std::uint32_t bit_rate) const
 
 void Audience::hear(const wire::Frame& frame, std::uint32_t bit_rate)
 {
+    if (bit_rate != 0)
+        listen(frame, bit_rate);
     for (auto& listener : listeners_) {
-        const auto heard = bit_rate != 0 ? hear_at(frame.bytes(), bit_rate, listener.ear) : std::vector<HeardByte>{};
-        for (const bool takes_broken : {false, true}) {
-            auto& remembers = listener.remembers[takes_broken];
-            if (bit_rate == 0)
+        for (std::size_t way = 0; way < listener.hears.size(); ++way) {
+            auto& remembers = listener.remembers[way];
+            if (bit_rate == 0) {
                 remembers.clear(); // what was heard is not known
-            const auto bytes = delivered(heard, takes_broken);
-            remembers.insert(remembers.end(), bytes.begin(), bytes.end());
+                continue;
+            }
+            remembers.insert(remembers.end(), listener.hears[way].begin(), listener.hears[way].end());
             const auto left = judge(*listener.family, remembers, false).remembered;
             remembers.erase(remembers.begin(), remembers.end() - static_cast<std::ptrdiff_t>(left));
         }

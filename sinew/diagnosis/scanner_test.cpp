@@ -188,7 +188,9 @@ TEST(Audience, HearsWhatAUartHears)
         Waveform line;
         line.send(ping->frame, 115200, 0.01);
         std::vector<std::uint8_t> heard;
-        for (const auto& byte : hear_at(ping->frame.bytes(), 115200, {rate, shift}))
+        std::vector<HeardByte> arrived;
+        hear_at(LineLevels(ping->frame.bytes()), 115200, {rate, shift}, arrived);
+        for (const auto& byte : arrived)
             heard.push_back(byte.value);
         EXPECT_EQ(heard, receive(line, rate, shift, true)) << rate;
     }
