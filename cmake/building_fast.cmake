@@ -3,7 +3,8 @@
 # SINEW_PRECOMPILE: the headers that most source files include are compiled once for all. Off where a compiler cache is at
 # work (tools/build), which a change of one header would empty, and where missing includes are to be found (tidy).
 #
-# SINEW_PLAIN_TESTS: the command and the test programs are not optimised, only the rooms they look at.
+# SINEW_PLAIN: what is not optimised. UNIT_TESTS: the test programs of the rooms and of the command; TESTS: every test
+# program, and the command as well, so that only the rooms they look at are optimised.
 
 function(sinew_precompiled name)
     file(TOUCH ${CMAKE_BINARY_DIR}/precompiled.cpp)
@@ -29,7 +30,8 @@ function(sinew_build_fast_below folder)
             continue()
         endif()
         set(precompiled sinew_precompiled)
-        if(SINEW_PLAIN_TESTS AND (type STREQUAL EXECUTABLE OR place MATCHES "^(apps|tests)/"))
+        if((SINEW_PLAIN STREQUAL TESTS AND (type STREQUAL EXECUTABLE OR place MATCHES "^(apps|tests)/"))
+           OR (SINEW_PLAIN STREQUAL UNIT_TESTS AND type STREQUAL EXECUTABLE AND target MATCHES "_test$" AND NOT place MATCHES "^tests/"))
             target_compile_options(${target} PRIVATE -O0)
             set(precompiled sinew_precompiled_plain)
         endif()
@@ -51,7 +53,7 @@ function(sinew_build_fast)
         target_compile_options(sinew_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-restrict
             -Wno-stringop-overflow -Wno-stringop-overread -Wno-maybe-uninitialized>)
         sinew_precompiled(sinew_precompiled)
-        if(SINEW_PLAIN_TESTS)
+        if(SINEW_PLAIN)
             sinew_precompiled(sinew_precompiled_plain -O0)
         endif()
     endif()
