@@ -14,6 +14,7 @@ SINEW = os.environ["SINEW"]
 SOURCE = os.environ["SINEW_SOURCE"]
 DEMO = os.path.join(SOURCE, "robots", "demo.toml")
 PATIENCE = 120  # seconds; for a machine that has other work
+QUESTION = "[y/N] "  # of what moves or writes
 # What the command keeps for its user is not that of whoever runs the tests.
 STATE = tempfile.TemporaryDirectory(prefix="sinew-state-")
 
@@ -144,10 +145,11 @@ class Terminal:
     def type(self, text):
         os.write(self.master, text.encode())
 
-    def end(self):
+    def end(self, says_yes=False):
         """Reads the rest and returns the exit code."""
         while self._read():
-            pass
+            if says_yes and self.seen.endswith(QUESTION):
+                self.type("y\n")
         code = self.process.wait(PATIENCE)
         os.close(self.master)
         check_that_help_names(code, self.words)
