@@ -190,7 +190,7 @@ TEST(ConversationBare, TakesAnAnswerInPieces)
     EXPECT_EQ(talk.conversation.counters().strays, 0U);
 }
 
-TEST(ConversationBare, MoreThanCanBeKeptBehindTheFirstByteIsNoAnswer)
+TEST(ConversationBare, MoreThanCanBeKeptBehindTheFirstByteIsNoAnswerAndCountsToTheLastByte)
 {
     Talk talk(bare);
     talk.ask(std::pair{3, fake::BareRead{}});
@@ -199,6 +199,7 @@ TEST(ConversationBare, MoreThanCanBeKeptBehindTheFirstByteIsNoAnswer)
     talk.hear(std::vector<std::uint8_t>(256, 9));
     EXPECT_FALSE(talk.done());
     EXPECT_EQ(talk.conversation.counters().quarantines, 1U);
+    EXPECT_EQ(talk.conversation.counters().strays, 257U);
 }
 
 TEST(ConversationBare, AnAnswerMayNotBeOlderBecauseACommandBeforeWasToBeSilent)

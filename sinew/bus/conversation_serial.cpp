@@ -155,9 +155,13 @@ void Conversation::receive_bare(std::span<const std::uint8_t> bytes, TimePoint a
     const wire::Request& request = *current_request();
     const std::size_t awaited = request.message->reply.size;
     if (buffered_ > 0 || bytes.size() < awaited) [[unlikely]] {
-        const std::size_t room = std::min(bytes.size(), buffer_.size() - buffered_);
-        std::copy_n(bytes.begin(), room, buffer_.begin() + static_cast<std::ptrdiff_t>(buffered_));
-        buffered_ += room;
+        if (buffered_ + bytes.size() > awaited) {
+            drop_buffered(at);
+            stray(Verdict::stray, bytes, at);
+            return;
+        }
+        std::ranges::copy(bytes, buffer_.begin() + static_cast<std::ptrdiff_t>(buffered_));
+        buffered_ += bytes.size();
         if (buffered_ < awaited)
             return;
         bytes = std::span(buffer_).first(std::exchange(buffered_, 0));
