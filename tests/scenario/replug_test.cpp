@@ -8,10 +8,12 @@
 #include "tests/support/random.hpp"
 
 #include <cstdlib>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
+#include <map>
 #include <thread>
 
 /// An adapter that is pulled out and put back again and again. SINEW_REPLUGS is how often, SINEW_SEED makes a run
@@ -174,8 +176,13 @@ public:
         for (const auto& link : simulator_->links()) {
             if (link.bus == place_.bus)
                 continue;
-            fs::remove(folder_ / link.bus);
-            fs::create_symlink(link::parse_uri(link.uri)->target, folder_ / link.bus);
+            const auto device = link::parse_uri(link.uri)->target;
+            const fs::path name = folder_ / link.bus;
+            EXPECT_FALSE(fs::is_symlink(name) && fs::read_symlink(name) == device) << "it came back as " << device;
+            fs::remove(name);
+            fs::create_symlink(device, name);
+            // While somebody has it open the system gives its name to no other one.
+            names_[link.bus] = link::Fd(::open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
         }
     }
     void pull_out()
@@ -200,21 +207,27 @@ private:
     const sim::RealTimeSimulator::Place place_{"waist", free_place()};
     link::RealClock clock_;
     fs::path folder_;
+    std::map<std::string, link::Fd> names_; // taken, by bus
     std::unique_ptr<sim::RealTimeSimulator> simulator_;
     std::atomic<bool> stop_ = false;
     std::thread thread_;
 };
 
-TEST(Replug, OfPseudoTerminalsUnderOtherNamesAndOfATcpPortLeavesNothingBehind)
+TEST(Replug, OfASerialPortAndAnSlcanAdapterUnderOtherNamesAndOfATcpPortLeavesNothingBehind)
 {
     const auto file = config::parse_robot_file(robot, "three.toml");
     ASSERT_TRUE(file) << to_sentence(file.error());
     Pluggable devices(*file);
+    constexpr std::array schemes{"serial", "slcan", "tcp"};
+    for (std::size_t i = 0; i < schemes.size(); ++i)
+        ASSERT_EQ(link::parse_uri(devices.uri(i))->scheme, schemes[i]);
     link::RealClock clock;
     const auto links = link::Links::system();
-    bus::Bus arm("arm", *links.open(devices.uri(0), clock), clock, *find_family("sam")->protocol);
-    bus::Bus leg("leg", *links.open(devices.uri(1), clock), clock, *find_family("rmd")->protocol);
-    bus::Bus waist("waist", *links.open(devices.uri(2), clock), clock, *find_family("nuri")->protocol);
+    // How long a line that is in doubt must be silent; a device that has just started says nothing unasked.
+    constexpr bus::Settings settings{.late_max = 1ms};
+    bus::Bus arm("arm", *links.open(devices.uri(0), clock), clock, *find_family("sam")->protocol, settings);
+    bus::Bus leg("leg", *links.open(devices.uri(1), clock), clock, *find_family("rmd")->protocol, settings);
+    bus::Bus waist("waist", *links.open(devices.uri(2), clock), clock, *find_family("nuri")->protocol, settings);
     const std::array all{&arm, &leg, &waist};
     arm.set_reopen(links.reopener(devices.uri(0), clock), 1ms);
     leg.set_reopen(links.reopener(devices.uri(1), clock), 1ms);
