@@ -86,6 +86,20 @@ public:
             std::abort();
     }
 
+    /// Lets the device and this program run on one processor, where neither interrupts the other.
+    void take_turns() const
+    {
+        const int here = ::sched_getcpu();
+        const sched_param none{};
+        cpu_set_t only;
+        CPU_ZERO(&only);
+        CPU_SET(here, &only);
+        for (const pid_t process : {child_, ::getpid()})
+            if (::sched_setaffinity(process, sizeof only, &only) != 0 ||
+                ::sched_setscheduler(process, SCHED_BATCH, &none) != 0)
+                std::abort();
+    }
+
     std::string device; ///< of the pseudo terminal
     int fd = -1;        ///< of the socket; whoever takes it closes it
 
