@@ -7,7 +7,9 @@ import select
 import signal
 import subprocess
 import tempfile
+import threading
 import time
+import tty
 import unittest
 
 SINEW = os.environ["SINEW"]
@@ -91,6 +93,43 @@ class BesideSimulator(unittest.TestCase):
         self.addCleanup(os.environ.pop, "XDG_RUNTIME_DIR")
         self.sim = Simulator()
         self.addCleanup(self.sim.close)
+
+
+class Line:
+    """A line between the command and a simulated CAN bus. `passes` sees each frame of the command, in a thread of its own and before
+    it goes on, and says whether it does."""
+
+    def __init__(self, link, passes):
+        self.theirs = os.open(link.split(":", 1)[1].split("?")[0], os.O_RDWR | os.O_NOCTTY)
+        self.ours, self.slave = pty.openpty()
+        for fd in (self.theirs, self.slave):
+            tty.setraw(fd)
+        self.passes = passes
+        self.link = "slcan:" + os.ttyname(self.slave)
+        self.ends = os.pipe()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        line = b""
+        while True:
+            ready, _, _ = select.select([self.theirs, self.ours, self.ends[0]], [], [])
+            if self.ends[0] in ready:
+                return
+            if self.theirs in ready:
+                os.write(self.ours, os.read(self.theirs, 4096))
+            if self.ours in ready:
+                line += os.read(self.ours, 4096)
+                *whole, line = line.split(b"\r")
+                for one in whole:
+                    if self.passes(one):
+                        os.write(self.theirs, one + b"\r")
+
+    def close(self):
+        os.write(self.ends[1], b"x")
+        self.thread.join()
+        for fd in (self.theirs, self.ours, self.slave, *self.ends):
+            os.close(fd)
 
 
 class Terminal:
