@@ -12,6 +12,20 @@
 namespace sinew::cli {
 namespace {
 
+std::expected<std::string, Error> read_file(const std::string& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    std::string text(std::istreambuf_iterator<char>(file), {});
+    if (!file)
+        return fail(Errc::bad_file, fmt::format("{} cannot be read", path));
+    if (text.contains('\0'))
+        return fail(Errc::bad_file,
+                    fmt::format("{} is no text; sinew sniff --replay reads recordings (.mcap, .pcapng)", path));
+    if (lines_of(text).empty())
+        return fail(Errc::bad_file, fmt::format("{} has no bytes in hex", path));
+    return text;
+}
+
 std::expected<std::string, Error> read_text(const Words& words)
 {
     const auto given = words.all("TEXT");
@@ -20,13 +34,10 @@ std::expected<std::string, Error> read_text(const Words& words)
     if (given.empty() || (given.size() == 1 && given[0] == "-"))
         return std::string(std::istreambuf_iterator<char>(std::cin), {});
     std::error_code none;
-    if (given.size() == 1 && std::filesystem::is_regular_file(given[0], none)) {
-        std::ifstream file(given[0], std::ios::binary);
-        std::string text(std::istreambuf_iterator<char>(file), {});
-        if (!file)
-            return fail(Errc::bad_file, fmt::format("{} cannot be read", given[0]));
-        return text;
-    }
+    if (given.size() == 1 && std::filesystem::is_directory(given[0], none))
+        return fail(Errc::bad_file, fmt::format("{} is a folder", given[0]));
+    if (given.size() == 1 && std::filesystem::is_regular_file(given[0], none))
+        return read_file(given[0]);
     if (given.size() == 1 && given[0].find_first_of("./") != std::string::npos &&
         given[0].find('#') == std::string::npos)
         return fail(Errc::bad_file, fmt::format("there is no file {}", given[0]));

@@ -68,8 +68,9 @@ Outcome listen(Source& source, Listener& listener, Screen& screen, record::FileW
         if (!one && one.error().code != Errc::bad_file)
             return std::unexpected(one.error());
         if (!one) {
-            // What can be read behind a damaged place of a recording is read.
-            fmt::print(stderr, "sinew: {}\n", to_sentence(one.error()));
+            // What can be read behind a damaged place of a recording is read; what is none says so once.
+            if (code == exit_done || heard > 0)
+                fmt::print(stderr, "sinew: {}\n", to_sentence(one.error()));
             code = exit_code(one.error().code);
             continue;
         }

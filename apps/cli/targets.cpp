@@ -242,7 +242,10 @@ std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
 
 std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path)
 {
-    return joints_of(words, path, std::nullopt);
+    auto joints = joints_of(words, path, std::nullopt);
+    if (joints && joints->empty())
+        return fail(Errc::bad_file, fmt::format("{} has no joints; write [joint.NAME] into it", path));
+    return joints;
 }
 
 } // namespace sinew::cli

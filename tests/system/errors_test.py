@@ -92,6 +92,32 @@ class Errors(unittest.TestCase):
         self.refused(["decode", "is-not-here.log"], 9, "is-not-here.log")
         self.refused(["sim", "/sinew/is-not-here.toml"], 9, "/sinew/is-not-here.toml")
 
+    def test_a_robot_file_without_joints_is_refused_by_all_that_are_for_joints(self):
+        with tempfile.TemporaryDirectory() as folder:
+            robot = os.path.join(folder, "robot.toml")
+            with open(robot, "w", encoding="utf-8") as file:
+                file.write('version = 1\n[bus.b]\nfamily = "sam"\n')
+            for words in (["watch"], ["record", os.path.join(folder, "run.mcap"), "--for", "50ms"], ["stop"], ["save"],
+                          ["home", "--yes"], ["calibrate", "--yes"],
+                          ["snapshot", "--output", os.path.join(folder, "kept.json"), "--yes"]):
+                with self.subTest(verb=words[0]):
+                    self.refused([*words, "--robot", robot, "--sim"], 9, f"{robot} has no joints; write [joint.NAME] into it")
+            self.refused(["doctor", robot, "--sim"], 9, f"{robot} has no joints")
+            self.assertEqual(os.listdir(folder), ["robot.toml"])
+
+    def test_files_that_have_nothing_to_decode_say_so(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.refused(["decode", folder], 9, f"{folder} is a folder")
+            for data, said in ((b"", "has no bytes in hex"), (b"\x89MCAP0\r\n\1\0\n", "sinew sniff --replay reads recordings")):
+                path = os.path.join(folder, "given")
+                with open(path, "wb") as file:
+                    file.write(data)
+                self.refused(["decode", path], 9, path, said)
+
+    def test_a_file_that_is_no_recording_is_said_to_be_none_once(self):
+        said = sinew("sniff", "--replay", DEMO, code=9).stderr
+        self.assertEqual(said.count("is this a log of candump -L?"), 1, said)
+
     def test_what_does_not_exist_on_a_firmware_line_is_refused(self):
         self.refused(["send", "x:y", "speed-closed-loop-torque", "--family", "rmd", "--id", "1", "--dry-run"], 10, "lk-2.35")
 
