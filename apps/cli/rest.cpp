@@ -11,8 +11,6 @@
 namespace sinew::cli {
 namespace {
 
-constexpr Duration between_looks = std::chrono::milliseconds(100);
-constexpr Duration longest_look = std::chrono::seconds(2);
 constexpr int looks_until_it_is_told_again = 4;
 
 /// Undisturbed; and a Ctrl-C that nobody has seen yet is kept for who asks next.
@@ -103,17 +101,15 @@ void say_that_it_is_told(Session& session)
 std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
 {
     told = tell(driven, otherwise);
-    const double flicker_rad = driven.driver->capabilities().position_step_rad;
-    const TimePoint end = session.clock().now() + longest_look;
-    std::optional<double> before;
+    Standing standing(driven);
+    const TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
         if (told.confirmed)
             say_that_it_is_told(session);
         (void)read_state(driven, actuator::Depth::motion);
-        const auto here = driven.state.position_rad.optional();
-        if (told.confirmed && here && before && std::abs(*here - *before) <= flicker_rad)
+        standing.look(driven);
+        if (told.confirmed && standing.is_at_rest())
             return told.rest;
-        before = here;
         if (session.clock().now() >= end)
             break;
         if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
@@ -128,6 +124,22 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
 std::string_view to_verb(Rest rest)
 {
     return rest == Rest::holds ? "hold" : rest == Rest::braked ? "brake" : "release";
+}
+
+Standing::Standing(const Driven& driven)
+    : stillness_(mounting_of(driven.device.joint).to_joint(driven.driver->capabilities()).position_step_rad)
+{
+}
+
+void Standing::look(const Driven& driven)
+{
+    const auto& state = driven.state;
+    if (const auto here = position_of(driven))
+        stillness_.look({*here, state.position_rad.at()});
+    else
+        stillness_.begin();
+    const bool is_slow = !state.position_rad && state.velocity_rad_s && *state.velocity_rad_s == 0.0;
+    slow_looks_ = is_slow ? slow_looks_ + 1 : 0;
 }
 
 Telling tell_to_hold(Driven& driven, std::optional<double> last)

@@ -1,5 +1,6 @@
 #pragma once
 #include "apps/cli/joint.hpp"
+#include "sinew/robot/stillness.hpp"
 
 #include <functional>
 #include <string_view>
@@ -27,6 +28,24 @@ struct Telling {
     std::expected<void, Error> confirmed;
     /// Where it was told to hold, of what must be told where.
     std::optional<double> place_rad{};
+};
+
+inline constexpr Duration between_looks = robot::Stillness::least; ///< at what comes to rest
+
+/// Whether a device stands still, look by look: by its place, in joint units, or where it is too far to say that (Nuri)
+/// by two looks in a row that say a speed of 0.
+class Standing
+{
+public:
+    explicit Standing(const Driven& driven);
+
+    /// What was read last; nothing where that failed.
+    void look(const Driven& driven);
+    bool is_at_rest() const { return stillness_.is_at_rest() || slow_looks_ > 1; }
+
+private:
+    robot::Stillness stillness_;
+    int slow_looks_ = 0;
 };
 
 /// Once; nobody looks. Where the protocol can hold without knowing the position nothing is read first; what must be

@@ -20,8 +20,9 @@ using Plan = std::expected<wire::Requests, Error>;
 
 /// What cannot be seen of a device, from now on.
 struct Hidden {
-    int looks = 0;     ///< that are answered by nothing that counts
-    int positions = 0; ///< that an answer does not say
+    int looks = 0;                              ///< that are answered by nothing that counts
+    int positions = 0;                          ///< that an answer does not say
+    std::function<double(TimePoint)> place_rad; ///< of the actuator, where that is another than it has
 };
 
 /// A driver whose holds and looks are what a test makes of them.
@@ -59,6 +60,8 @@ public:
         auto absorbed = driver_->absorb(asked, reply, at, state);
         if (hides_position_)
             state.position_rad = {};
+        else if (hidden_.place_rad && state.position_rad)
+            state.position_rad = {hidden_.place_rad(at), at};
         return absorbed;
     }
     Plan plan_settings() override { return driver_->plan_settings(); }
@@ -254,6 +257,33 @@ TEST_F(RestTest, AMotorThatTurnsOnIsNotSaidToHaveStopped)
     EXPECT_NE(why.error().detail.find("something was wrong; and waist_yaw was told to hold, but was not seen"),
               std::string::npos)
         << why.error().detail;
+}
+
+TEST_F(RestTest, AMotorThatCreepsIsNotSaidToHold)
+{
+    auto driven = turning("wrist_pitch", as_it_is);
+    // From one look to the next it is one step of its position, or two.
+    const double step = driven.driver->capabilities().position_step_rad;
+    hidden.place_rad = [&](TimePoint at) {
+        return step * std::round(units::rad(1.2) * seconds(at.time_since_epoch()) / step);
+    };
+    const auto rest = come_to_rest(session, driven);
+    ASSERT_FALSE(rest);
+    EXPECT_NE(rest.error().detail.find("wrist_pitch was told to hold, but was not seen to stand still"),
+              std::string::npos)
+        << rest.error().detail;
+}
+
+TEST_F(RestTest, AMotorWhosePositionFlickersHolds)
+{
+    auto driven = turning("wrist_pitch", as_it_is);
+    bool odd = false;
+    hidden.place_rad = [&](TimePoint) {
+        odd = !odd;
+        return odd ? driven.driver->capabilities().position_step_rad : 0.0;
+    };
+    const auto rest = come_to_rest(session, driven);
+    EXPECT_TRUE(rest) << to_sentence(rest.error());
 }
 
 TEST_F(RestTest, WhatOnlyLetGoIsNotSaidToHold)

@@ -3,28 +3,14 @@
 #include "sinew/family/broadcast.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 namespace sinew::cli {
 namespace {
 
-constexpr Duration between_looks = std::chrono::milliseconds(100);
-constexpr Duration longest_look = std::chrono::seconds(2);
 /// Time-outs of one device must not take away the looks at another.
 constexpr int fewest_looks = 4;
 constexpr int most_unanswered = 2; // looks in a row, each of which the bus asks twice
-
-/// Whether the device stood still from one look to the next. Where it is too far to say where it is (Nuri), its speed.
-bool stands(const actuator::State& before, const actuator::State& now, double flicker_rad)
-{
-    if (before.position_rad && now.position_rad)
-        return std::abs(*now.position_rad - *before.position_rad) <= flicker_rad;
-    const auto is_slow = [](const actuator::State& state) {
-        return state.velocity_rad_s && *state.velocity_rad_s == 0.0;
-    };
-    return !before.position_rad && !now.position_rad && is_slow(before) && is_slow(now);
-}
 
 bool may_be_heard_later(Errc code)
 {
@@ -51,6 +37,7 @@ void Stopping::tell()
             return;
         }
         driven_.emplace(std::move(*driven));
+        standing_.emplace(*driven_);
         is_mute_ = !driven_->driver->plan_read(actuator::Depth::motion);
     }
     telling_ = keep_torque_ ? tell_to_hold(*driven_, telling_.place_rad) : tell_to_let_go();
@@ -68,7 +55,8 @@ void Stopping::look()
         read = read_state(*driven_, actuator::Depth::full);
     trouble_ = read ? std::nullopt : std::optional(read.error());
     unanswered_ = read ? 0 : unanswered_ + 1;
-    stands_ = read && stands(before_, driven_->state, driven_->driver->capabilities().position_step_rad);
+    standing_->look(*driven_);
+    stands_ = read && standing_->is_at_rest();
     before_ = read ? driven_->state : actuator::State{};
 }
 
@@ -136,7 +124,7 @@ std::expected<Told, Error> Stopping::outcome() const
 
 void see_to_rest(Session& session, std::span<Stopping> all)
 {
-    const TimePoint end = session.clock().now() + longest_look;
+    const TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1;; ++look) {
         bool left = false;
         for (auto& one : all) {

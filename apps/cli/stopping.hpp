@@ -56,7 +56,8 @@ private:
     bool is_mute_ = false;         ///< set to answer nothing
     int unanswered_ = 0;           ///< looks in a row
     std::optional<Error> trouble_; ///< of the latest look
-    actuator::State before_{};     ///< what the look before that saw
+    actuator::State before_{};     ///< what it saw
+    std::optional<Standing> standing_;
     bool stands_ = false;
 };
 

@@ -15,10 +15,6 @@ namespace {
 
 constexpr Duration look = std::chrono::milliseconds{10};
 constexpr double arrived_rad = units::rad(0.5);
-
-constexpr Duration longest_rest = std::chrono::seconds{2}; ///< in which what is told to hold is seen to stand still
-constexpr int looks_at_rest = 3;                           ///< one may be where it turns round
-
 /// One joint on its way against its stop.
 struct Search {
     Joint* joint = nullptr;
@@ -76,13 +72,10 @@ std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
     for (Joint* joint : held) {
         if (joint->command_.mode != Mode::hold)
             joint->come_to_rest(joint->holding(false), clock->now());
-        joint->rests_ = 0;
+        joint->stillness_.begin();
     }
-    const auto one_look = [&] {
-        for (Joint* joint : held)
-            joint->rests_ = std::abs(joint->guard_.velocity_rad_s()) < arrived_rad ? joint->rests_ + 1 : 0;
-        return std::ranges::any_of(held, [](const Joint* joint) { return joint->rests_ < looks_at_rest; });
-    };
+    const auto is_at_rest = [](const Joint* joint) { return joint->stillness_.is_at_rest(); };
+    const auto one_look = [&] { return !std::ranges::all_of(held, is_at_rest); };
     auto ran = run(look, one_look, clock->now() + longest_rest);
     for (Joint* joint : all) {
         joint->guard_.watch_place(true);
@@ -91,7 +84,7 @@ std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
     if (!ran)
         return std::unexpected(std::move(ran.error()));
     for (const Joint* joint : held)
-        if (joint->rests_ < looks_at_rest)
+        if (!is_at_rest(joint))
             why.detail += fmt::format("; and {} was told to hold and was not seen to stand still", joint->name());
     return std::unexpected(std::move(why));
 }
@@ -170,7 +163,7 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
     const auto is_there = [](Joint* joint) {
         const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
         return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near &&
-               std::abs(joint->guard_.velocity_rad_s()) < arrived_rad;
+               joint->stillness_.is_at_rest();
     };
     const auto was_ended = [](const Joint* joint) { return joint->command_.mode != Mode::position; };
     bool arrived = false;

@@ -55,8 +55,9 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
       can_(mounting_.to_joint(driver_->capabilities())),
       guard_(resolved.joint->name, id_of(resolved.device), rules_of(*resolved.joint, file.safety, can_),
              static_cast<bool>(can_.velocity_limit)),
-      policy_(mode_of(file.safety.policy)), holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()),
-      referenced_(is_absolute(resolved)), answered_at_(clock.now())
+      stillness_(can_.position_step_rad), policy_(mode_of(file.safety.policy)),
+      holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()), referenced_(is_absolute(resolved)),
+      answered_at_(clock.now())
 {
     if (policy_ == Mode::brake && !can_.brake)
         policy_ = Mode::hold;

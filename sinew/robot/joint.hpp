@@ -4,6 +4,7 @@
 #include "sinew/link/clock.hpp"
 #include "sinew/robot/incidents.hpp"
 #include "sinew/robot/mounting.hpp"
+#include "sinew/robot/stillness.hpp"
 #include "sinew/robot/supervisor.hpp"
 
 #include <memory>
@@ -124,6 +125,7 @@ private:
     std::unique_ptr<actuator::Driver> stopper_;
     actuator::Capabilities can_;
     Supervisor guard_;
+    Stillness stillness_;
     Mode policy_ = Mode::hold;
     Mode unseen_hold_ = Mode::hold; ///< where it must not be told a place
     bool holds_a_position_ = false; ///< to hold, the device must be told where
@@ -151,7 +153,6 @@ private:
     TimePoint answered_at_{};
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
-    int rests_ = 0;                          ///< looks in a row at which it stood still, while it is stopped
     Duration interval_{};                    ///< at which it is looked at
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {

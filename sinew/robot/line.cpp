@@ -259,6 +259,7 @@ void Line::look_after(Joint& joint, TimePoint now)
 {
     joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
     joint.guard_.observe(joint.state_);
+    joint.stillness_.look(joint.state_.position_rad);
     if (joint.closed_ != nullptr && !joint.closed_by_)
         return;
     const std::string_view reset = joint.driver_->noticed_reset();

@@ -14,8 +14,6 @@ constexpr int most_repetitions = 3; ///< of what was not confirmed
 constexpr int most_silences = 2;    ///< so often one is told that answers nothing: each waits for a time-out
 constexpr int most_looks = 50;
 constexpr Duration between_looks = std::chrono::milliseconds{20};
-constexpr double rest_rad_s = 0.02;
-constexpr int looks_at_rest = 3;
 
 } // namespace
 
@@ -82,11 +80,8 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
         outcome.outcome = Stopped::Outcome::sent;
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
-        // One look may be where it turns round.
-        const bool looked = joint.raw_.position_rad && joint.raw_.position_rad.at() >= begun;
-        joint.rests_ = looked && std::abs(joint.guard_.velocity_rad_s()) < rest_rad_s ? joint.rests_ + 1 : 0;
-        const bool rests = joint.rests_ >= looks_at_rest;
-        const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_) : rests;
+        const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
+                                                       : joint.stillness_.is_at_rest();
         if (done)
             outcome.outcome = Stopped::Outcome::confirmed;
         left = left || !done;
@@ -118,7 +113,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
-        joint.rests_ = 0;
+        joint.stillness_.begin();
         joint.guard_.begin(joint.state_, clock->now());
     }
     if (!fault && was_enabled && !why.empty())

@@ -1,5 +1,6 @@
 #include "sinew/base/units.hpp"
 #include "sinew/robot/drive.hpp"
+#include "sinew/robot/stillness.hpp"
 #include "sinew/robot/supervisor.hpp"
 
 #include <algorithm>
@@ -17,8 +18,6 @@ using units::deg;
 
 /// A velocity that was measured longer ago than this is worth less than what two positions say.
 constexpr Duration old = std::chrono::milliseconds{30};
-/// Slower than this nothing counts as on its way.
-constexpr double rest_rad_s = units::rad(1.0);
 /// How fast what is remembered of a velocity fades: by half in so long.
 constexpr double fading_s = 0.1;
 

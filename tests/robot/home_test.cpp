@@ -119,6 +119,43 @@ TEST(Home, AJointThatDoesNotFollowOnItsWayToZeroEndsTheRoutineAtOnceAndNotAfterI
     EXPECT_NEAR(units::deg(rig.truth_rad("wrist")), units::deg(rests_at), 1.0) << "nobody drives any more";
 }
 
+/// So viscous that it sinks at 1.6 deg/s under 28 Nm, whatever a servo of 2 Nm does.
+config::RobotFile sinking()
+{
+    auto file = file_of(servos(""));
+    for (auto& joint : file.joints)
+        joint.plant.push_back({"viscous_friction_nm_s_per_rad", 1000.0, {}});
+    return file;
+}
+
+void push(Rig& rig, std::string_view joint)
+{
+    sim::Fault load{.kind = sim::FaultKind::push, .joint = std::string(joint)};
+    load.torque_nm = -28.0;
+    rig.simulator->world().inject(load);
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    ASSERT_NEAR(units::deg(rig.truth_rad_s(joint)), -1.6, 0.3);
+}
+
+TEST(Home, AJointThatCreepsIsNotSaidToStandStillWhenTheRoutineFails)
+{
+    Rig rig(sinking());
+    rig.enable();
+    push(rig, "arm");
+    const auto homed = said(rig.robot->home(100ms));
+    EXPECT_NE(homed.find("arm was told to hold and was not seen to stand still"), std::string::npos) << homed;
+    EXPECT_EQ(homed.find("wrist was told"), std::string::npos) << homed;
+}
+
+TEST(Home, AJointThatCreepsIsNotSaidToHaveStopped)
+{
+    Rig rig(sinking());
+    rig.enable();
+    push(rig, "arm");
+    for (const auto& one : rig.robot->stop())
+        EXPECT_EQ(one.outcome, one.joint == "arm" ? Stopped::Outcome::sent : Stopped::Outcome::confirmed) << one.joint;
+}
+
 TEST(Home, AJointThatThePolicyLetGoIsNotSeizedByARoutineThatFails)
 {
     for (const auto* policy : {"release", "brake"}) {
