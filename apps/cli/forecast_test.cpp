@@ -202,18 +202,18 @@ class StopOfALoadedRobot : public testing::TestWithParam<std::string>
 protected:
     void SetUp() override
     {
-        path = testing::TempDir() + "sinew-policy-" + GetParam() + ".toml";
+        path_ = testing::TempDir() + "sinew-policy-" + GetParam() + ".toml";
         std::ifstream demo("robots/demo.toml");
-        std::ofstream(path) << demo.rdbuf() << "\n[safety]\npolicy = \"" << GetParam() << "\"\n";
+        std::ofstream(path_) << demo.rdbuf() << "\n[safety]\npolicy = \"" << GetParam() << "\"\n";
     }
-    void TearDown() override { std::filesystem::remove(path); }
+    void TearDown() override { std::filesystem::remove(path_); }
 
-    std::string path;
+    std::string path_;
 };
 
 TEST_P(StopOfALoadedRobot, FromAnotherThreadIsNeverLaterThanThePlanSays)
 {
-    Loaded loaded(path);
+    Loaded loaded(path_);
     std::vector<Duration> worst(loaded.buses().size());
     for (int i = 0; i < moments; ++i) {
         const auto took = loaded.stop_after(moment(i), [&] { loaded.robot().request_stop(); });
@@ -232,7 +232,7 @@ TEST_P(StopOfALoadedRobot, FromAnotherThreadIsNeverLaterThanThePlanSays)
 
 TEST_P(StopOfALoadedRobot, FromAnotherBusThatLosesItsLinkIsNeverLaterThanThePlanSays)
 {
-    Loaded loaded(path);
+    Loaded loaded(path_);
     for (int i = 0; i < moments; ++i) {
         const std::size_t lost = static_cast<std::size_t>(i) % loaded.buses().size();
         const auto& name = loaded.buses()[lost].name;
@@ -248,9 +248,9 @@ TEST_P(StopOfALoadedRobot, FromAnotherBusThatLosesItsLinkIsNeverLaterThanThePlan
 
 TEST_P(StopOfALoadedRobot, WaitsForNoExchangeThatThePlanDoesNotKnow)
 {
-    std::ofstream(path, std::ios::app) << "[joint.elbow.runtime]\np_gain = 77\nd_gain = 5\n"
-                                          "[joint.left_hip.runtime]\nacceleration_deg_s2 = 500\n";
-    Loaded loaded(path);
+    std::ofstream(path_, std::ios::app) << "[joint.elbow.runtime]\np_gain = 77\nd_gain = 5\n"
+                                           "[joint.left_hip.runtime]\nacceleration_deg_s2 = 500\n";
+    Loaded loaded(path_);
     const TimePoint after_enabling = loaded.simulator().clock().now() + moment(0);
     std::vector<std::set<std::string_view>> sent(loaded.buses().size());
     for (std::size_t i = 0; i < sent.size(); ++i) {

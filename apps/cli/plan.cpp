@@ -65,8 +65,8 @@ Json step_json(const bus::Line& line, const Step& step)
     const auto one = bus::predict(line, step.request);
     return Json::object({{"joint", step.joint},
                          {"message", step.request.message->name()},
-                         {"request_bits", static_cast<std::int64_t>(bits_out(line, step.request))},
-                         {"reply_bits", static_cast<std::int64_t>(bits_back(line, step.request))},
+                         {"request_bits", bits_out(line, step.request)},
+                         {"reply_bits", bits_back(line, step.request)},
                          {"response_s", seconds(one.response)},
                          {"exchange_s", seconds(one.total())}});
 }

@@ -25,6 +25,15 @@ struct Hidden {
     std::function<double(TimePoint)> place_rad; ///< of the actuator, where that is another than it has
 };
 
+/// Whether there was one left.
+bool take_one(int& left)
+{
+    if (left == 0)
+        return false;
+    --left;
+    return true;
+}
+
 /// A driver whose holds and looks are what a test makes of them.
 class OtherHold final : public actuator::Driver
 {
@@ -44,8 +53,8 @@ public:
     }
     Plan plan_read(actuator::Depth depth, double resolution_rad) override
     {
-        hides_look_ = hidden_.looks > 0 && hidden_.looks-- > 0;
-        hides_position_ = hidden_.positions > 0 && hidden_.positions-- > 0;
+        hides_look_ = take_one(hidden_.looks);
+        hides_position_ = take_one(hidden_.positions);
         return driver_->plan_read(depth, resolution_rad);
     }
     Plan plan_cycle(const actuator::Command& command, const actuator::State& state) override
@@ -95,7 +104,7 @@ Plan refused(const Plan&, int)
 class RestTest : public testing::Test
 {
 protected:
-    RestTest() { words.add("--json", ""); }
+    RestTest() { words_.add("--json", ""); }
 
     /// A joint of the demo robot that turns, with holds of a kind of their own.
     Driven turning(const std::string& joint, OtherHold::Change change)
@@ -105,14 +114,14 @@ protected:
         of.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
         of.add("--sim", "");
         auto device = target(of);
-        auto driven = device ? drive(session, std::move(*device)) : std::unexpected(device.error());
+        auto driven = device ? drive(session_, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(driven) << to_sentence(driven.error());
-        driven->driver = std::make_unique<OtherHold>(std::move(driven->driver), std::move(change), hidden);
+        driven->driver = std::make_unique<OtherHold>(std::move(driven->driver), std::move(change), hidden_);
         EXPECT_TRUE(set_up(*driven));
         EXPECT_TRUE(read_state(*driven, actuator::Depth::full));
         const auto turn = driven->driver->plan({.mode = actuator::Mode::velocity, .velocity_rad_s = 0.3}, {});
         EXPECT_TRUE(turn && carry_out(*driven, *turn));
-        wait_until(session, session.clock().now() + 1s);
+        wait_until(session_, session_.clock().now() + 1s);
         return std::move(*driven);
     }
 
@@ -122,7 +131,7 @@ protected:
             return read_state(driven, actuator::Depth::motion) ? position_of(driven).value_or(NAN) : NAN;
         };
         const double before = place();
-        wait_until(session, session.clock().now() + 500ms);
+        wait_until(session_, session_.clock().now() + 500ms);
         return std::abs(place() - before) < 0.01;
     }
 
@@ -141,21 +150,21 @@ protected:
     {
         Device on_a_port = driven.device;
         on_a_port.link = "serial:/dev/sinew-is-not-here";
-        ASSERT_TRUE(session.guard(on_a_port));
+        ASSERT_TRUE(session_.guard(on_a_port));
     }
 
     /// Returns when it is asked for, not when it is answered.
     std::future<std::expected<robot::StoppedProgram, Error>> ask_for_a_stop()
     {
         auto answer = std::async(std::launch::async, [] { return robot::stop_program(::getpid()); });
-        while (!session.guardian()->stop_asked())
+        while (!session_.guardian()->stop_asked())
             std::this_thread::yield();
         return answer;
     }
 
-    Hidden hidden;
-    Session session;
-    Words words; ///< of the verb
+    Hidden hidden_;
+    Session session_;
+    Words words_; ///< of the verb
 };
 
 /// The first telling is lost, and those of the second look as well.
@@ -168,13 +177,13 @@ TEST_F(RestTest, WhateverEndsAMotionIsToldAgainUntilTheMotorIsSeenAtRest)
 {
     for (const auto* joint : {"waist_yaw", "left_hip"}) {
         auto driven = turning(joint, lost_at_first);
-        const auto rest = come_to_rest(session, driven);
+        const auto rest = come_to_rest(session_, driven);
         ASSERT_TRUE(rest) << joint << ": " << to_sentence(rest.error());
         EXPECT_EQ(*rest, Rest::holds);
         EXPECT_TRUE(is_at_rest(driven)) << joint;
 
         auto failed = turning(joint, lost_at_first);
-        const auto why = held_after(session, failed, {.code = Errc::bad_reply, .detail = "something was wrong"});
+        const auto why = held_after(session_, failed, {.code = Errc::bad_reply, .detail = "something was wrong"});
         EXPECT_EQ(why.error().detail, "something was wrong; it is held at " + place_of(failed));
         EXPECT_TRUE(is_at_rest(failed)) << joint;
     }
@@ -184,7 +193,7 @@ TEST_F(RestTest, ASearchForAStopThatFindsNoneEndsAtRest)
 {
     auto driven = turning("waist_yaw", lost_at_first);
     joint_of(driven).home = {.to_stop = true, .direction = 1, .velocity_rad_s = 0.2, .travel_max_rad = 0.3};
-    const auto found = find_stop(words, session, driven);
+    const auto found = find_stop(words_, session_, driven);
     ASSERT_FALSE(found);
     EXPECT_NE(found.error().detail.find("as far as it may for its stop, 17 deg, and found none"), std::string::npos)
         << found.error().detail;
@@ -198,11 +207,11 @@ TEST_F(RestTest, AStopThatFailedIsNotTriedOnceMoreNorToldTwice)
         holds = before + 1;
         return refused({}, before);
     });
-    const auto refusal = come_to_rest(session, driven);
+    const auto refusal = come_to_rest(session_, driven);
     ASSERT_FALSE(refusal);
     const int holds_of_one_stop = holds;
     (void)std::raise(SIGINT);
-    const auto moved = move_to(words, session, driven, {.position_rad = 0.3});
+    const auto moved = move_to(words_, session_, driven, {.position_rad = 0.3});
     clear_interrupt();
     ASSERT_FALSE(moved);
     EXPECT_EQ(moved.error().detail, refusal.error().detail);
@@ -214,8 +223,8 @@ TEST_F(RestTest, AMoveWhoseLooksFailComesToRest)
     for (const auto* joint : {"waist_yaw", "elbow", "left_hip"}) {
         auto driven = turning(joint, as_it_is);
         ASSERT_TRUE(read_state(driven, actuator::Depth::full));
-        hidden.looks = 30; // of 20 ms each: more than silence_max_s
-        const auto moved = move_to(words, session, driven, {.position_rad = 0.5, .speed_rad_s = 0.1});
+        hidden_.looks = 30; // of 20 ms each: more than silence_max_s
+        const auto moved = move_to(words_, session_, driven, {.position_rad = 0.5, .speed_rad_s = 0.1});
         ASSERT_FALSE(moved) << joint;
         EXPECT_NE(moved.error().detail.find("has not answered for 0.5"), std::string::npos) << moved.error().detail;
         EXPECT_TRUE(is_at_rest(driven)) << joint;
@@ -227,7 +236,7 @@ TEST_F(RestTest, AMoveThatTakesTooLongComesToRest)
     for (const auto* joint : {"waist_yaw", "left_hip"}) {
         auto driven = turning(joint, as_it_is);
         ASSERT_TRUE(read_state(driven, actuator::Depth::full));
-        const auto moved = move_to(words, session, driven, {.position_rad = 0.5, .speed_rad_s = 0.1, .limit = 200ms});
+        const auto moved = move_to(words_, session_, driven, {.position_rad = 0.5, .speed_rad_s = 0.1, .limit = 200ms});
         ASSERT_FALSE(moved) << joint;
         EXPECT_NE(moved.error().detail.find("--within"), std::string::npos) << moved.error().detail;
         EXPECT_TRUE(is_at_rest(driven)) << joint;
@@ -238,7 +247,7 @@ TEST_F(RestTest, ALimitIsToldAlsoWhereTheMotorTurnsOn)
 {
     auto driven = turning("waist_yaw", lost);
     joint_of(driven).position_max_rad = 0.5;
-    const auto ended = turn_on(words, session, driven,
+    const auto ended = turn_on(words_, session_, driven,
                                {.mode = actuator::Mode::velocity, .value = 0.3, .time = std::chrono::seconds(5)});
     ASSERT_FALSE(ended);
     for (const auto* part : {"waist_yaw: it has come to its limit of 28.65 deg", "not seen to stand still"})
@@ -248,11 +257,11 @@ TEST_F(RestTest, ALimitIsToldAlsoWhereTheMotorTurnsOn)
 TEST_F(RestTest, AMotorThatTurnsOnIsNotSaidToHaveStopped)
 {
     auto driven = turning("waist_yaw", lost);
-    const auto rest = come_to_rest(session, driven);
+    const auto rest = come_to_rest(session_, driven);
     ASSERT_FALSE(rest);
     EXPECT_EQ(rest.error().code, Errc::timeout);
     EXPECT_NE(rest.error().detail.find("not seen to stand still"), std::string::npos) << rest.error().detail;
-    const auto why = held_after(session, driven, {.code = Errc::bad_reply, .detail = "something was wrong"});
+    const auto why = held_after(session_, driven, {.code = Errc::bad_reply, .detail = "something was wrong"});
     EXPECT_EQ(why.error().code, Errc::bad_reply);
     EXPECT_NE(why.error().detail.find("something was wrong; and waist_yaw was told to hold, but was not seen"),
               std::string::npos)
@@ -264,10 +273,10 @@ TEST_F(RestTest, AMotorThatCreepsIsNotSaidToHold)
     auto driven = turning("wrist_pitch", as_it_is);
     // From one look to the next it is one step of its position, or two.
     const double step = driven.driver->capabilities().position_step_rad;
-    hidden.place_rad = [&](TimePoint at) {
+    hidden_.place_rad = [&](TimePoint at) {
         return step * std::round(units::rad(1.2) * seconds(at.time_since_epoch()) / step);
     };
-    const auto rest = come_to_rest(session, driven);
+    const auto rest = come_to_rest(session_, driven);
     ASSERT_FALSE(rest);
     EXPECT_NE(rest.error().detail.find("wrist_pitch was told to hold, but was not seen to stand still"),
               std::string::npos)
@@ -278,11 +287,11 @@ TEST_F(RestTest, AMotorWhosePositionFlickersHolds)
 {
     auto driven = turning("wrist_pitch", as_it_is);
     bool odd = false;
-    hidden.place_rad = [&](TimePoint) {
+    hidden_.place_rad = [&](TimePoint) {
         odd = !odd;
         return odd ? driven.driver->capabilities().position_step_rad : 0.0;
     };
-    const auto rest = come_to_rest(session, driven);
+    const auto rest = come_to_rest(session_, driven);
     EXPECT_TRUE(rest) << to_sentence(rest.error());
 }
 
@@ -290,13 +299,13 @@ TEST_F(RestTest, WhatOnlyLetGoIsNotSaidToHold)
 {
     auto driven = turning("left_hip", refused);
     testing::internal::CaptureStderr();
-    const auto stopped = stop_here(session, driven, Otherwise::release);
+    const auto stopped = stop_here(session_, driven, Otherwise::release);
     const auto said = testing::internal::GetCapturedStderr();
     ASSERT_TRUE(stopped) << to_sentence(stopped.error());
     EXPECT_EQ(*stopped, exit_interrupted);
     EXPECT_EQ(said.find("it holds"), std::string::npos) << said;
     EXPECT_NE(said.find("left_hip took no hold, so its torque is off"), std::string::npos) << said;
-    const auto kept = stop_here(session, driven);
+    const auto kept = stop_here(session_, driven);
     ASSERT_FALSE(kept);
     EXPECT_NE(kept.error().detail.find("was told to hold and did not confirm that"), std::string::npos)
         << kept.error().detail;
@@ -312,7 +321,7 @@ TEST_F(RestTest, ACtrlCThatComesWhileItIsToldAgainIsNotSwallowed)
         return wire::Requests{};
     });
     (void)std::raise(SIGINT);
-    const auto stopped = stop_here(session, driven);
+    const auto stopped = stop_here(session_, driven);
     ASSERT_TRUE(stopped) << to_sentence(stopped.error());
     EXPECT_EQ(*stopped, exit_interrupted);
     EXPECT_EQ(holds, 2) << "it was told on and on";
@@ -332,7 +341,7 @@ TEST_F(RestTest, AStopIsNotCalledBegunBeforeItsFramesAreOut)
     });
     guard(driven);
     answer = ask_for_a_stop();
-    const auto stopped = stop_here(session, driven);
+    const auto stopped = stop_here(session_, driven);
     EXPECT_TRUE(stopped) << to_sentence(stopped.error());
     EXPECT_FALSE(frames_are_out);
     const auto told = answer.get();
@@ -345,7 +354,7 @@ TEST_F(RestTest, AHoldThatWasRefusedIsNotAStopThatWasObeyed)
     auto driven = turning("left_hip", refused);
     guard(driven);
     auto answer = ask_for_a_stop();
-    EXPECT_FALSE(stop_here(session, driven));
+    EXPECT_FALSE(stop_here(session_, driven));
     const auto told = answer.get();
     ASSERT_TRUE(told) << to_sentence(told.error());
     EXPECT_TRUE(told->by_guardian);
@@ -365,7 +374,7 @@ TEST_F(RestTest, AStopThatIsAskedForWhileTheMotorIsLookedAtIsObeyedByTheProgram)
         return wire::Requests{};
     });
     guard(driven);
-    (void)stop_here(session, driven);
+    (void)stop_here(session_, driven);
     EXPECT_TRUE(by_program);
     const auto told = answer.get();
     ASSERT_TRUE(told) << to_sentence(told.error());
@@ -375,17 +384,17 @@ TEST_F(RestTest, AStopThatIsAskedForWhileTheMotorIsLookedAtIsObeyedByTheProgram)
 TEST_F(RestTest, AMotorThatCannotSayWhereItIsToHoldIsBraked)
 {
     auto mute = turning("elbow", as_it_is);
-    hidden.looks = 1'000'000;
-    const auto rest = come_to_rest(session, mute);
-    hidden.looks = 0;
+    hidden_.looks = 1'000'000;
+    const auto rest = come_to_rest(session_, mute);
+    hidden_.looks = 0;
     ASSERT_FALSE(rest);
     EXPECT_NE(rest.error().detail.find("elbow was told to brake, but was not seen to stand still"), std::string::npos)
         << rest.error().detail;
     EXPECT_TRUE(is_at_rest(mute));
 
     auto silent_for_a_while = turning("elbow", as_it_is);
-    hidden.looks = 3;
-    const auto held = come_to_rest(session, silent_for_a_while);
+    hidden_.looks = 3;
+    const auto held = come_to_rest(session_, silent_for_a_while);
     ASSERT_TRUE(held) << to_sentence(held.error());
     EXPECT_EQ(*held, Rest::holds);
 }
@@ -394,9 +403,9 @@ TEST_F(RestTest, ACtrlCThatNobodyHasSeenYetIsStillThereWhenTheMotorIsAtRest)
 {
     auto driven = turning("waist_yaw", as_it_is);
     (void)std::raise(SIGINT);
-    EXPECT_TRUE(come_to_rest(session, driven));
+    EXPECT_TRUE(come_to_rest(session_, driven));
     EXPECT_TRUE(interrupted());
-    (void)held_after(session, driven, {.code = Errc::bad_reply, .detail = "something was wrong"});
+    (void)held_after(session_, driven, {.code = Errc::bad_reply, .detail = "something was wrong"});
     EXPECT_TRUE(interrupted());
     EXPECT_TRUE(let_go(driven));
     EXPECT_TRUE(interrupted());
@@ -407,13 +416,13 @@ TEST_F(RestTest, ACtrlCThatNobodyHasSeenYetIsStillThereWhenTheMotorIsAtRest)
 TEST_F(RestTest, APlaceThatWasNotMeasuredIsNotTakenForZero)
 {
     auto driven = turning("waist_yaw", as_it_is);
-    ASSERT_TRUE(come_to_rest(session, driven));
-    hidden.positions = 20;
+    ASSERT_TRUE(come_to_rest(session_, driven));
+    hidden_.positions = 20;
     testing::internal::CaptureStdout();
-    const auto moved = move_to(words, session, driven, {.position_rad = 0.0, .speed_rad_s = 0.2});
+    const auto moved = move_to(words_, session_, driven, {.position_rad = 0.0, .speed_rad_s = 0.2});
     (void)testing::internal::GetCapturedStdout();
     ASSERT_TRUE(moved) << to_sentence(moved.error());
-    hidden.positions = 0;
+    hidden_.positions = 0;
     ASSERT_TRUE(read_state(driven, actuator::Depth::motion));
     ASSERT_TRUE(position_of(driven));
     EXPECT_NEAR(*position_of(driven), 0.0, 0.01); // half a degree

@@ -130,7 +130,7 @@ std::string unread_names(const std::vector<Work>& all)
         if (known != parts.end())
             known->second.push_back(work.device.name);
         else
-            parts.push_back({std::move(joined), {work.device.name}});
+            parts.emplace_back(std::move(joined), std::vector<std::string_view>{work.device.name});
     }
     std::string out;
     for (const auto& [names, devices] : parts)

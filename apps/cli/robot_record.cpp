@@ -15,7 +15,7 @@ namespace sinew::cli {
 
 std::expected<std::optional<std::string>, Error> DrivenRecord::path_from(const Words& words)
 {
-    const auto path = words.text("--record");
+    auto path = words.text("--record");
     if (!path)
         return std::nullopt;
     if (std::filesystem::path(*path).extension() != ".mcap")
