@@ -161,5 +161,16 @@ TEST(Silent, ALoopThatStoodStillAfterALostAnswerTakesThatForASilence)
     EXPECT_EQ(restarts(200ms, 1, 3s), 1U);
 }
 
+TEST(Silent, ASilenceAfterALoopStoodStillOnceIsARestartAllTheSame)
+{
+    Rig rig(file_of(three));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    rig.simulator->clock().wait({}, rig.now() + 3s);
+    rig.inject(sim::FaultKind::unplug, "sam", 0.4);
+    ASSERT_EQ(said(rig.run(2s)), "");
+    EXPECT_EQ(rig.robot->incidents().size(), 1U);
+}
+
 } // namespace
 } // namespace sinew::robot::test
