@@ -3,6 +3,7 @@
 #include "apps/cli/exit_codes.hpp"
 #include "apps/cli/robot_record.hpp"
 #include "sinew/robot/hold_unseen.hpp"
+#include "sinew/robot/pressing.hpp"
 #include "sinew/robot/rules.hpp"
 
 #include <cmath>
@@ -145,7 +146,8 @@ void Standing::look(const Driven& driven)
 Telling tell_to_hold(Driven& driven, std::optional<double> last)
 {
     const actuator::Command hold{.mode = actuator::Mode::hold};
-    auto planned = driven.driver->plan(hold, {});
+    const bool may_press = robot::stands(driven.state, driven.bus->clock().now());
+    auto planned = may_press ? robot::plan_hold_anew(*driven.driver, {}) : driven.driver->plan(hold, {});
     std::optional<double> place;
     if (!planned) {
         const auto read = read_state(driven, actuator::Depth::motion);

@@ -1,10 +1,14 @@
 #include "apps/cli/home_stop.hpp"
 
 #include "apps/cli/exit_codes.hpp"
+#include "apps/cli/moving.hpp"
+#include "apps/cli/stopping.hpp"
 #include "apps/cli/turning.hpp"
 
 #include <csignal>
+#include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <functional>
 #include <future>
 #include <gtest/gtest.h>
@@ -426,6 +430,68 @@ TEST_F(RestTest, APlaceThatWasNotMeasuredIsNotTakenForZero)
     ASSERT_TRUE(read_state(driven, actuator::Depth::motion));
     ASSERT_TRUE(position_of(driven));
     EXPECT_NEAR(*position_of(driven), 0.0, 0.01); // half a degree
+}
+
+/// One that is blocked at 30 deg on its way to 60.
+class PressingTest : public testing::Test
+{
+protected:
+    PressingTest()
+    {
+        path = testing::TempDir() + "sinew-pressing.toml";
+        std::ofstream(path) << "version = 1\n[bus.b]\nfamily = \"rmd\"\n[joint.knee]\nbus = \"b\"\nid = 1\n"
+                               "model = \"MG\"\nprofile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n"
+                               "[joint.knee.plant]\nstop_max_deg = 30\n";
+        words.add("--json", "");
+        Words of;
+        of.add("TARGET", "knee");
+        of.add("--robot", path);
+        of.add("--sim", "");
+        device = *target(of);
+    }
+    ~PressingTest() override { std::filesystem::remove(path); }
+
+    double current_a(Driven& driven)
+    {
+        wait_until(session, session.clock().now() + 100ms);
+        EXPECT_TRUE(read_state(driven, actuator::Depth::full));
+        return driven.state.current_a.value_or(NAN);
+    }
+
+    std::string path;
+    Device device;
+    Session session;
+    Words words;
+};
+
+TEST_F(PressingTest, AMoveThatIsBlockedPressesNoMoreWhenItHasEnded)
+{
+    auto driven = drive(session, device);
+    ASSERT_TRUE(driven && set_up(*driven) && read_state(*driven, actuator::Depth::full));
+    testing::internal::CaptureStdout();
+    const auto moved = move_to(words, session, *driven, {.position_rad = 1.0});
+    (void)testing::internal::GetCapturedStdout();
+    ASSERT_FALSE(moved);
+    EXPECT_NE(moved.error().detail.find("t is held at 30.00 deg"), std::string::npos) << moved.error().detail;
+    EXPECT_NEAR(current_a(*driven), 0.0, 0.1);
+}
+
+TEST_F(PressingTest, WhatAnotherProgramLeftPressingPressesNoMoreWhenItIsStoppedAndHeld)
+{
+    auto driven = drive(session, device);
+    ASSERT_TRUE(driven && set_up(*driven) && read_state(*driven, actuator::Depth::full));
+    const auto push = driven->driver->plan({.mode = actuator::Mode::velocity, .velocity_rad_s = 1.0}, {});
+    ASSERT_TRUE(push && carry_out(*driven, *push));
+    wait_until(session, session.clock().now() + 2s);
+    ASSERT_GT(current_a(*driven), 7.0);
+    std::vector<Stopping> all;
+    all.emplace_back(session, device, true);
+    all.front().tell();
+    see_to_rest(session, all);
+    const auto outcome = all.front().outcome();
+    ASSERT_TRUE(outcome) << to_sentence(outcome.error());
+    EXPECT_EQ(outcome->says, "holds at 30.00 deg");
+    EXPECT_NEAR(current_a(*driven), 0.0, 0.1);
 }
 
 } // namespace

@@ -116,7 +116,8 @@ public:
 
 private:
     robot::Guardian& guardian_;
-    std::unique_ptr<actuator::Driver> stopper_; ///< the one that drives must not take what was never sent for sent
+    std::unique_ptr<actuator::Driver> stopper_;  ///< the one that drives must not take what was never sent for sent
+    std::unique_ptr<actuator::Driver> reliever_; ///< of what presses on something
     actuator::Command stop_;
     std::string link_;
     std::optional<std::uint64_t> known_; ///< losses of the link when it was handed over

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 namespace sinew::cli {
 namespace {
@@ -58,6 +59,17 @@ void Stopping::look()
     standing_->look(*driven_);
     stands_ = read && standing_->is_at_rest();
     before_ = read ? driven_->state : actuator::State{};
+    const bool holds_anywhere = keep_torque_ && telling_.rest == Rest::holds && !telling_.place_rad;
+    if (stands_ && holds_anywhere && !std::exchange(is_relieved_, true))
+        relieve();
+}
+
+/// Nobody knows what it was told before: it may press on something.
+void Stopping::relieve()
+{
+    telling_ = tell_to_hold(*driven_);
+    standing_.emplace(*driven_);
+    stands_ = false;
 }
 
 /// The torque, for all that is known.

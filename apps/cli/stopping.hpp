@@ -42,6 +42,7 @@ public:
 
 private:
     Telling tell_to_let_go();
+    void relieve();
     bool is_off() const;
     bool is_obeyed() const { return stands_ && (telling_.rest != Rest::released || is_off()); }
     std::string done() const;
@@ -59,6 +60,7 @@ private:
     actuator::State before_{};     ///< what it saw
     std::optional<Standing> standing_;
     bool stands_ = false;
+    bool is_relieved_ = false; ///< told once more to hold where it stands
 };
 
 /// Looks at all of them, time and again, until each is seen at rest or given up; a Ctrl-C ends it.

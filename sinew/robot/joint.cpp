@@ -65,6 +65,7 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
     if (const auto plan = stopper_->plan({.mode = Mode::release}, {}))
         acknowledges_ = answers(resolved.device, *plan->all().back().message);
     stopper_ = make_driver(resolved.device);
+    reliever_ = make_driver(resolved.device);
 }
 
 Error Joint::named(Error error) const
@@ -86,6 +87,8 @@ void Joint::failed(const Error& error, TimePoint since)
     if (!missing_since_)
         missing_since_ = since;
     fresh_ = true;
+    if (relieved_)
+        reliefs_ = std::max(reliefs_, 1);
 }
 
 // ---- commands ----
@@ -170,6 +173,7 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
+    reliefs_ = 0;
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
@@ -179,8 +183,11 @@ void Joint::take(const Command& command, TimePoint at)
                      .velocity_rad_s = command.velocity_rad_s.value_or(mean_velocity_rad_s_),
                      .at = at};
     }
-    if (command.mode == Mode::hold)
+    if (command.mode == Mode::hold) {
         held_ = raw_;
+        const int times = acknowledges_ ? 1 : 2;
+        reliefs_ = presses() ? times : 0;
+    }
 }
 
 /// Not as asked, but as the robot must.

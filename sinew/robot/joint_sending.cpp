@@ -1,6 +1,7 @@
 #include "sinew/base/seconds.hpp"
 #include "sinew/robot/drive.hpp"
 #include "sinew/robot/joint.hpp"
+#include "sinew/robot/pressing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -93,10 +94,15 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     const bool sends = must_send(own, at);
     const bool is_position = command.mode == Mode::position;
     const auto& here = command.mode == Mode::hold ? held_ : raw_;
-    auto requests = sends ? driver_->plan_cycle(own, here) : driver_->plan_read(Depth::motion, resolution_rad);
+    const bool relieves = sends && reliefs_ > 0;
+    auto requests = relieves ? plan_hold_anew(*driver_, here, true)
+                    : sends  ? driver_->plan_cycle(own, here)
+                             : driver_->plan_read(Depth::motion, resolution_rad);
     if (!requests)
         return requests;
     if (sends) {
+        relieved_ = relieves;
+        reliefs_ = std::max(0, reliefs_ - 1);
         if (!fresh_)
             repetitions_ = std::max(0, repetitions_ - 1);
         fresh_ = false;
@@ -138,6 +144,18 @@ Mode Joint::stopping(bool unseen) const
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const
 {
     return driver.plan({.mode = stopping(unseen)}, raw_);
+}
+
+bool Joint::presses() const
+{
+    return !holds_a_position_ && robot::presses(planned_, raw_, now());
+}
+
+wire::Requests Joint::plan_relief(actuator::Driver& driver, bool unseen) const
+{
+    if (stopping(unseen) != Mode::hold || !presses())
+        return {};
+    return plan_hold_anew(driver, raw_).value_or(wire::Requests{});
 }
 
 } // namespace sinew::robot

@@ -57,9 +57,11 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
             const bool tells = command || is_new;
-            if (tells)
+            if (tells) {
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
+                line->add(*joint, joint->plan_relief(*joint->driver_, line->is_lost()).all());
+            }
             const bool may_be_gone = look == 0 || joint->missing_since_;
             if (!(may_be_gone && tells && joint->acknowledges_))
                 (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
@@ -125,7 +127,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
     verify(outcomes);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)
-        joint.command_ = {.mode = joint.policy()};
+        joint.command_ = joint.planned_ = {.mode = joint.policy()};
     rest();
     return outcomes;
 }

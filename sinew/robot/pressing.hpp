@@ -1,0 +1,22 @@
+#pragma once
+#include "sinew/actuator/driver.hpp"
+
+/// A motor with a loop of its speed that is blocked has gathered all the torque that it may. Told to hold, it is where
+/// it should be and as fast as it should be, so nothing takes that away: what it pinches stays pinched. This is the one
+/// place that says who is taken for that, and what is done about it; for devices that hold without being told where.
+/// In the units of the actuator.
+namespace sinew::robot {
+
+/// Whether it stood still when it was measured last; not where that is not known, or was too long ago.
+bool stands(const actuator::State& state, TimePoint now);
+
+/// Whether one that was told this presses on something: it stands, and not where it was sent, or is to turn.
+bool presses(const actuator::Command& told, const actuator::State& state, TimePoint now);
+
+/// What makes it hold with loops that start anew: it is let go, and told to hold in the next frame. A load comes down
+/// by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and says where
+/// it is.
+std::expected<wire::Requests, Error> plan_hold_anew(actuator::Driver& driver, const actuator::State& state,
+                                                    bool looks = false);
+
+} // namespace sinew::robot

@@ -1,0 +1,121 @@
+#include "sinew/robot/play.hpp"
+
+#include "sinew/robot/pose.hpp"
+#include "tests/robot/rig.hpp"
+
+#include <algorithm>
+#include <array>
+#include <gtest/gtest.h>
+#include <utility>
+#include <vector>
+
+/// A joint that is blocked, and what it does to that which blocks it once it is told to hold.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// How it comes to hold.
+enum class By {
+    play,       ///< which finds that it does not follow
+    program,    ///< which has seen enough
+    stop,       ///< the policy
+    no_command, ///< `command_timeout_s`
+    guardian,   ///< the frames that were made ready
+};
+constexpr std::array<std::pair<By, std::string_view>, 5> ways{{{By::play, "a play"},
+                                                               {By::program, "the program"},
+                                                               {By::stop, "a stop"},
+                                                               {By::no_command, "want of commands"},
+                                                               {By::guardian, "the guardian"}}};
+
+struct Motor {
+    std::string_view text;
+    double stall_a = 0.0;    ///< what it takes at most
+    double gravity_nm = 0.0; ///< of a load that takes 4 tenths of that
+};
+constexpr std::array<Motor, 4> motors{{
+    {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n", 7.8, 5.0},
+    {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"lk-2.35\"\n", 7.8, 5.0},
+    {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"myactuator-3\"\n", 7.8, 5.0},
+    {"family = \"nuri\"\nbit_rate = 115200\n[joint.joint]\n", 0.99, 1.0},
+}};
+
+struct Held {
+    double pressed_a = 0.0, strongest_a = 0.0; ///< before, and from 0.1 s after it was told to hold
+    double fell_deg = 0.0;
+    std::string said;
+};
+
+/// On its way from 0 to 60 deg at 50 deg/s something is in its way at 30, where a load has the longest lever.
+Held hold_against(const Motor& motor, double gravity_nm, By way)
+{
+    Rig rig(file_of(fmt::format("version = 1\n[bus.b]\n{}bus = \"b\"\nid = 3\nvelocity_max_deg_s = 60\n"
+                                "[joint.joint.plant]\nstop_max_deg = 30\ngravity_torque_nm = {}\n"
+                                "gravity_zero_deg = -60\n[pose.up]\njoint_deg = 60\n[safety]\npolicy = \"hold\"\n{}",
+                                motor.text, gravity_nm, way == By::no_command ? "command_timeout_s = 2.5\n" : "")));
+    rig.enable();
+    const auto current_a = [&] { return std::abs(rig.simulator->world().look("joint")->current_a); };
+    Held out;
+    if (way == By::play) {
+        PlayOptions options;
+        options.each = [&](const SequencePlayer&) { out.pressed_a = std::max(out.pressed_a, current_a()); };
+        const auto played = play(*rig.robot, sequence_of(*rig.robot->file().find_pose("up")), options);
+        out.said = played ? "" : to_sentence(played.error());
+    } else {
+        EXPECT_TRUE(rig.robot->set(
+            "joint", {.mode = Mode::position, .position_rad = units::rad(60), .velocity_rad_s = units::rad(50)}));
+        EXPECT_TRUE(rig.run(2400ms));
+        out.pressed_a = current_a();
+    }
+    if (way == By::program) {
+        EXPECT_TRUE(rig.robot->set("joint", {.mode = Mode::hold}));
+    }
+    if (way == By::stop) {
+        EXPECT_EQ(rig.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    }
+    if (way == By::guardian) {
+        const auto frames = rig.robot->stop_requests(0);
+        std::vector<bus::Result> results(frames.size());
+        EXPECT_TRUE(rig.robot->buses()[0]->exchange(frames, results));
+    }
+    const bool is_driven = way == By::play || way == By::program || way == By::no_command;
+    const TimePoint told = rig.now();
+    double lowest = rig.truth_rad("joint");
+    while (rig.now() - told < 3s) {
+        if (is_driven) {
+            EXPECT_TRUE(rig.run(5ms));
+        } else {
+            rig.simulator->clock().wait({}, rig.now() + 5ms);
+        }
+        lowest = std::min(lowest, rig.truth_rad("joint"));
+        if (rig.now() - told > (way == By::no_command ? 300ms : 100ms))
+            out.strongest_a = std::max(out.strongest_a, current_a());
+    }
+    out.fell_deg = 30.0 - units::deg(lowest);
+    return out;
+}
+
+TEST(Pressing, AMotorThatPressesOnWhatBlocksItPressesNoMoreOnceItIsToldToHold)
+{
+    for (const Motor& motor : motors)
+        for (const auto& [way, word] : ways) {
+            const Held held = hold_against(motor, 0.0, way);
+            EXPECT_GT(held.pressed_a, motor.stall_a) << word << motor.text;
+            EXPECT_LT(held.strongest_a, 0.02 * motor.stall_a) << word << motor.text;
+        }
+}
+
+TEST(Pressing, AnArmThatPressedOnWhatBlockedItIsHeldUpWithNoMoreThanItsLoadTakes)
+{
+    for (const Motor& motor : motors)
+        for (const auto& [way, word] : ways) {
+            const Held held = hold_against(motor, motor.gravity_nm, way);
+            EXPECT_GT(held.pressed_a, motor.stall_a) << word << motor.text;
+            EXPECT_LT(held.strongest_a, 0.5 * motor.stall_a) << word << motor.text;
+            EXPECT_LT(held.fell_deg, 0.5) << word << motor.text;
+        }
+}
+
+} // namespace
+} // namespace sinew::robot::test
