@@ -22,6 +22,7 @@ int main(int argc, char** argv)
     std::vector<diagnosis::Found> found;
     const auto done = scanner.sweep(places, false, [] { return false; }, [](const auto&, int) {}, found);
     for (const auto& one : found)
-        std::printf("%s %d at %u bps: %s\n", one.family->name.data(), one.id, one.bit_rate, one.model.c_str());
+        std::printf("%s %d at %u bps: %s\n", std::string(one.family->name).c_str(), one.id, one.bit_rate,
+                    one.model.c_str());
     return done && found.size() == 6 ? 0 : 1; // the left arm has six servos
 }

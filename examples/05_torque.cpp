@@ -29,7 +29,7 @@ int main()
     const robot::Command push = can.torque ? robot::Command{.mode = robot::Mode::torque, .torque_nm = 0.5}
                                            : robot::Command{.mode = robot::Mode::current, .current_a = 0.5};
     if (!can.torque)
-        std::printf("no torque: %s\n", can.torque.why_not.data());
+        std::printf("no torque: %s\n", std::string(can.torque.why_not).c_str());
     if (const auto set = knee.set(push); !set)
         return std::puts(to_sentence(set.error()).c_str()), 1;
     const auto ended = robot->wait(1s);

@@ -82,7 +82,7 @@ protected:
         auto device = target(of);
         auto out = device ? drive_and_read(session, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(out) << to_sentence(out.error());
-        out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), unsaid);
+        out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), unsaid_);
         return std::move(*out);
     }
 
@@ -94,7 +94,7 @@ protected:
 
     Session session;
     Words words;
-    Unsaid unsaid;
+    Unsaid unsaid_;
 };
 
 TEST_F(SupervisedTest, ALoopThatWasLateDoesNotCatchUpInABurst)
@@ -133,8 +133,8 @@ TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
 {
     TimePoint begin{}, end{};
     auto hip = driven("left_hip", [&](const actuator::Command& command) {
-        unsaid.position = command.mode == actuator::Mode::velocity;
-        (unsaid.position ? begin : end) = session.clock().now();
+        unsaid_.position = command.mode == actuator::Mode::velocity;
+        (unsaid_.position ? begin : end) = session.clock().now();
     });
     const auto ended = turn_on(words, session, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
     ASSERT_FALSE(ended);
@@ -207,7 +207,7 @@ TEST_F(SupervisedTest, AnAnswerThatIsMissingOnceEndsNothing)
         Supervised supervised(session, joint, Reached::by_a_leap);
         const auto sent = supervised.send(move_to_position(joint, units::rad(4.0)));
         ASSERT_TRUE(sent) << to_sentence(sent.error());
-        const auto fine = look_past(session, supervised, unsaid, 60ms);
+        const auto fine = look_past(session, supervised, unsaid_, 60ms);
         EXPECT_TRUE(fine) << name << ": " << to_sentence(fine.error());
     }
 }
@@ -217,7 +217,7 @@ TEST_F(SupervisedTest, WhoIsBackAfterTimeEnoughToLoseItsSupplyIsNotDrivenOn)
     auto hip = driven("left_hip", [](const actuator::Command&) {});
     Supervised supervised(session, hip);
     ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
-    const auto fine = look_past(session, supervised, unsaid, 300ms);
+    const auto fine = look_past(session, supervised, unsaid_, 300ms);
     ASSERT_FALSE(fine);
     EXPECT_NE(fine.error().detail.find("left_hip gave no answer for 0.3"), std::string::npos) << fine.error().detail;
 }
@@ -227,7 +227,7 @@ TEST_F(SupervisedTest, WhoDoesNotAnswerForSilenceMaxIsGivenUp)
     auto hip = driven("left_hip", [](const actuator::Command&) {});
     Supervised supervised(session, hip);
     ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
-    const auto fine = look_past(session, supervised, unsaid, 800ms);
+    const auto fine = look_past(session, supervised, unsaid_, 800ms);
     ASSERT_FALSE(fine);
     EXPECT_NE(fine.error().detail.find("it has not answered for 0.5"), std::string::npos) << fine.error().detail;
 }
@@ -241,7 +241,7 @@ TEST_F(SupervisedTest, ACommandThatNobodyAcknowledgedIsSentAgainWhenTheDeviceAns
             sent.emplace_back(tapped.bytes.begin(), tapped.bytes.end());
     });
     Supervised supervised(session, hip);
-    unsaid.anything = true;
+    unsaid_.anything = true;
     const auto told = supervised.send(move_to_position(hip, units::rad(4.0)));
     EXPECT_TRUE(told) << to_sentence(told.error());
     ASSERT_TRUE(supervised.is_missing());
@@ -249,7 +249,7 @@ TEST_F(SupervisedTest, ACommandThatNobodyAcknowledgedIsSentAgainWhenTheDeviceAns
     const auto command = sent.back();
     EXPECT_TRUE(supervised.look()) << "and it says nothing yet";
     EXPECT_NE(sent.back(), command);
-    unsaid.anything = false;
+    unsaid_.anything = false;
     EXPECT_TRUE(supervised.look());
     EXPECT_EQ(sent.back(), command);
     EXPECT_TRUE(supervised.look());
