@@ -1,0 +1,136 @@
+#include "sinew/robot/guardian_for_tests.hpp"
+#include "sinew/robot/robot.hpp"
+
+#include <algorithm>
+#include <thread>
+
+/// What a guardian does while its program lives: when that hangs, and when somebody else asks for a stop.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(GuardianTest, AProgramThatBeatsNoMoreIsStoppedAlthoughItLives)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop,
+                    [](Program::Inside inside) {
+                        inside.guardian.beat();
+                        forever(inside);
+                    },
+                    {.patience = 50ms});
+    const auto all = times(3, stop);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AProgramThatHangsGetsTheFramesForMotorsThatNobodySees)
+{
+    const Wire wire;
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake},
+                    [](Program::Inside inside) {
+                        inside.guardian.beat();
+                        forever(inside);
+                    },
+                    {.patience = 150ms});
+    const auto all = times(3, brake);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AHungProgramIsStoppedFromElsewhereByTheFramesForMotorsThatNobodySees)
+{
+    const Wire wire;
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake}, forever);
+    ASSERT_TRUE(stop_program(program.pid()));
+    const auto all = times(3, brake);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, AProgramThatNeverBeatIsLeftAlone)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, forever, {.patience = 20ms});
+    EXPECT_TRUE(wire.read(1, 300).empty());
+}
+
+TEST(GuardianTest, ALongStopIsNoProgramThatHangs)
+{
+    const Wire silent, guarded;
+    const auto keeper = guarded.keep_open();
+    auto guardian = Guardian::start({.patience = 500ms});
+    ASSERT_TRUE(guardian);
+    link::RealClock clock;
+    const auto file =
+        config::parse_robot_file("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                                 "model = \"SAM-5\"\n",
+                                 "arm.toml");
+    ASSERT_TRUE(file);
+    OpenOptions options{.links = {{"s", silent.uri}}, .guardian = &*guardian};
+    options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 1s;
+    auto robot = Robot::open(*file, link::Links::system(), clock, options);
+    ASSERT_TRUE(robot) << to_sentence(robot.error());
+    const auto link = link::Links::system().open(guarded.uri, clock);
+    ASSERT_TRUE(link);
+    const std::array stop{stop_of(1)};
+    ASSERT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
+    guardian->beat();
+    const TimePoint begun = clock.now();
+    EXPECT_EQ(robot->stop().at(0).outcome, Stopped::Outcome::failed);
+    EXPECT_GT(clock.now() - begun, 3 * 500ms) << "too short to tell";
+    EXPECT_TRUE(guarded.read(1, 0).empty()) << "the guardian took a long stop for a program that hangs";
+}
+
+TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside inside) {
+        for (;;) {
+            if (inside.guardian.stop_asked()) {
+                inside.guardian.stop_begun();
+                inside.guardian.stopped(0, StoppedBus::Outcome::failed, "not confirmed by elbow");
+                inside.guardian.stop_done();
+            }
+            std::this_thread::yield();
+        }
+    });
+    const auto guarded = guarded_programs();
+    const auto found = std::ranges::find(guarded, program.pid(), &Guarded::pid);
+    ASSERT_NE(found, guarded.end());
+    EXPECT_EQ(found->links, std::vector{wire.uri});
+    const auto said = stop_program(program.pid());
+    ASSERT_TRUE(said);
+    EXPECT_FALSE(said->by_guardian);
+    ASSERT_EQ(said->buses.size(), 1U);
+    EXPECT_EQ(said->buses.front().link, wire.uri);
+    EXPECT_EQ(said->buses.front().outcome, StoppedBus::Outcome::failed);
+    EXPECT_EQ(said->buses.front().says, "not confirmed by elbow");
+    EXPECT_TRUE(wire.read(1, 100).empty());
+}
+
+TEST(GuardianTest, AProgramThatDoesNotObeyIsStoppedByItsGuardian)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, forever);
+    const auto said = stop_program(program.pid());
+    ASSERT_TRUE(said);
+    EXPECT_TRUE(said->by_guardian);
+    ASSERT_EQ(said->buses.size(), 1U);
+    EXPECT_EQ(said->buses.front().outcome, StoppedBus::Outcome::sent);
+    const auto all = times(3, stop);
+    EXPECT_EQ(wire.read(all.size()), all);
+}
+
+TEST(GuardianTest, NobodyIsFoundWhereNobodyIsWatched)
+{
+    const auto said = stop_program(1);
+    ASSERT_FALSE(said);
+    EXPECT_EQ(said.error().code, Errc::link_not_found);
+}
+
+} // namespace
+} // namespace sinew::robot::test
