@@ -124,32 +124,42 @@ TEST_F(SocketCan, AWallClockThatIsSetMeanwhileDoesNotThrowTheTimeOff)
     }
 }
 
-TEST_F(SocketCan, ErrorFramesAreCountedAndNoReplies)
+/// Of each kind another number, so that none is counted for another.
+TEST_F(SocketCan, ErrorFramesAreCountedByTheirKindAndNoReplies)
 {
     PlainSocket controller("vcan7");
-    std::vector<std::uint32_t> shown;
+    const std::vector<std::pair<std::uint32_t, std::uint8_t>> errors{
+        {CAN_ERR_ACK, 0},
+        {CAN_ERR_PROT, 0},
+        {CAN_ERR_BUSERROR, 0},
+        {CAN_ERR_PROT | CAN_ERR_BUSERROR, 0},
+        {CAN_ERR_CRTL, CAN_ERR_CRTL_TX_OVERFLOW},
+        {CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW},
+        {CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_RX_WARNING},
+        {CAN_ERR_RESTARTED, 0},
+        {CAN_ERR_RESTARTED, 0},
+        {CAN_ERR_RESTARTED, 0},
+        {CAN_ERR_RESTARTED, 0},
+    };
+    std::vector<std::pair<std::uint32_t, std::uint8_t>> shown;
     one->set_error_tap([&](const wire::Frame& error, TimePoint at) {
-        shown.push_back(error.can_id);
+        shown.emplace_back(error.can_id, error.data[1]);
         EXPECT_LE(at, clock.now());
-        EXPECT_EQ(error.data[1], error.can_id == CAN_ERR_CRTL ? CAN_ERR_CRTL_RX_OVERFLOW : 0);
     });
-    controller.send(CAN_ERR_FLAG | CAN_ERR_ACK);
-    controller.send(CAN_ERR_FLAG | CAN_ERR_PROT | CAN_ERR_BUSERROR);
-    controller.send(CAN_ERR_FLAG | CAN_ERR_CRTL, {0, CAN_ERR_CRTL_RX_OVERFLOW});
-    controller.send(CAN_ERR_FLAG | CAN_ERR_RESTARTED);
+    for (const auto& [kind, detail] : errors)
+        controller.send(CAN_ERR_FLAG | kind, {0, detail});
     controller.send(0x141);
     const auto heard = read(*one, clock, 1);
     ASSERT_EQ(heard.size(), 1u);
     EXPECT_EQ(heard[0].can_id, 0x141u);
     const auto counters = one->counters();
-    EXPECT_EQ(counters.error_frames, 4u);
+    EXPECT_EQ(counters.error_frames, errors.size());
     EXPECT_EQ(counters.not_acknowledged, 1u);
-    EXPECT_EQ(counters.bus_errors, 1u);
-    EXPECT_EQ(counters.overruns, 1u);
-    EXPECT_EQ(counters.restarts, 1u);
+    EXPECT_EQ(counters.bus_errors, 3u);
+    EXPECT_EQ(counters.overruns, 2u);
+    EXPECT_EQ(counters.restarts, 4u);
     EXPECT_EQ(counters.bus_offs, 0u);
-    EXPECT_EQ(shown, (std::vector<std::uint32_t>{CAN_ERR_ACK, CAN_ERR_PROT | CAN_ERR_BUSERROR, CAN_ERR_CRTL,
-                                                 CAN_ERR_RESTARTED}));
+    EXPECT_EQ(shown, errors);
 }
 
 TEST_F(SocketCan, BusOffIsToldOnceAndTheLinkLivesOn)
