@@ -11,7 +11,7 @@ import tempfile
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from support import DEMO, PATIENCE, SINEW, SOURCE, Simulator, Terminal, environment, sinew
+from support import DEMO, PATIENCE, SINEW, Simulator, Terminal, environment, sinew
 
 # The devices that examples name by family and id, as they come out of the box.
 BENCH = """version = 1

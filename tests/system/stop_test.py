@@ -2,7 +2,7 @@
 import math
 import unittest
 
-from support import DEMO, BesideSimulator, as_json, sinew
+from support import BesideSimulator, as_json, sinew
 
 UNPLUGGED = ("elbow", "waist_yaw", "left_hip")  # one of each family
 

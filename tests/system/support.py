@@ -1,4 +1,5 @@
 """What the tests of the command share: the binary, a simulated robot behind ptys, and a terminal."""
+import contextlib
 import functools
 import json
 import os
@@ -61,6 +62,21 @@ def sinew(*words, code=0, text=None, columns=None):
 
 def as_json(*words, code=0):
     return json.loads(sinew(*words, "--json", code=code).stdout)
+
+
+@contextlib.contextmanager
+def robot_file(text):
+    """The name of a robot file that is gone afterwards."""
+    with tempfile.NamedTemporaryFile("w", suffix=".toml") as file:
+        file.write(text)
+        file.flush()
+        yield file.name
+
+
+def demo_with(*lines):
+    """A robot file: the demo robot and further lines."""
+    with open(DEMO, encoding="utf-8") as file:
+        return robot_file("\n".join([file.read(), *lines, ""]))
 
 
 class Simulator:
