@@ -21,7 +21,7 @@ protected:
         for (const auto& device : all)
             (*session.bus_of(device))->set_tap([&, nuri = device.family->name == "nuri"](const bus::Tapped& tapped) {
                 if (tapped.direction == wire::Direction::request)
-                    sent.push_back({nuri, {tapped.bytes.begin(), tapped.bytes.end()}});
+                    sent_.push_back({nuri, {tapped.bytes.begin(), tapped.bytes.end()}});
             });
     }
 
@@ -37,19 +37,19 @@ protected:
     std::vector<Sent> to_nuris() const
     {
         std::vector<Sent> out;
-        std::ranges::copy_if(sent, std::back_inserter(out), &Sent::to_nuri);
+        std::ranges::copy_if(sent_, std::back_inserter(out), &Sent::to_nuri);
         return out;
     }
     long count(const wire::Request& request) const
     {
-        return std::ranges::count_if(sent, [&](const Sent& one) { return one.to_nuri && is(one, request); });
+        return std::ranges::count_if(sent_, [&](const Sent& one) { return one.to_nuri && is(one, request); });
     }
     const Device& device(std::string_view name) const { return *std::ranges::find(all, name, &Device::name); }
 
     Session session;
     std::vector<Device> all;
-    std::vector<Sent> sent;
-    wire::Request everybody = stop_of_all(*find_family("nuri"))->request;
+    std::vector<Sent> sent_;
+    wire::Request everybody_ = stop_of_all(*find_family("nuri"))->request;
 };
 
 TEST_F(StopTest, OfAWholeRobotGoesToAllOfALineAtOnceBeforeItGoesToEach)
@@ -58,23 +58,23 @@ TEST_F(StopTest, OfAWholeRobotGoesToAllOfALineAtOnceBeforeItGoesToEach)
     EXPECT_EQ(done.size(), all.size());
     for (const auto& one : done)
         EXPECT_TRUE(one.outcome && one.outcome->confirmed) << one.name;
-    EXPECT_TRUE(is(to_nuris().front(), everybody));
-    EXPECT_EQ(count(everybody), 1);
+    EXPECT_TRUE(is(to_nuris().front(), everybody_));
+    EXPECT_EQ(count(everybody_), 1);
 }
 
 TEST_F(StopTest, OfSomeJointsAndOneThatHoldsLeaveTheOthersOfTheLineAlone)
 {
     stop_devices(session, {&device("waist_yaw"), 1}, false, false);
     stop_devices(session, all, true, true);
-    EXPECT_EQ(count(everybody), 0);
+    EXPECT_EQ(count(everybody_), 0);
 }
 
 TEST_F(StopTest, TellsEveryJointBeforeItLooksAtOne)
 {
     stop_devices(session, all, true, false);
-    auto next = sent.begin();
+    auto next = sent_.begin();
     for (const auto& one : all) {
-        next += is(*next, everybody);
+        next += is(*next, everybody_);
         const auto release = make_driver(*one.spec)->plan({.mode = actuator::Mode::release}, {});
         for (const auto& request : release->all())
             EXPECT_TRUE(is(*next++, request)) << one.name;

@@ -70,7 +70,7 @@ private:
 class SupervisedTest : public testing::Test
 {
 protected:
-    SupervisedTest() { words.add("--json", ""); }
+    SupervisedTest() { words_.add("--json", ""); }
 
     /// Tests run in the folder of the sources.
     Driven driven(const std::string& joint, Observed::Look look, const std::string& robot = "robots/demo.toml")
@@ -80,7 +80,7 @@ protected:
         of.add("--robot", robot);
         of.add("--sim", "");
         auto device = target(of);
-        auto out = device ? drive_and_read(session, std::move(*device)) : std::unexpected(device.error());
+        auto out = device ? drive_and_read(session_, std::move(*device)) : std::unexpected(device.error());
         EXPECT_TRUE(out) << to_sentence(out.error());
         out->driver = std::make_unique<Observed>(std::move(out->driver), std::move(look), unsaid_);
         return std::move(*out);
@@ -88,12 +88,12 @@ protected:
 
     void pass(Duration time)
     {
-        for (const TimePoint end = session.clock().now() + time; session.clock().now() < end;)
-            session.clock().wait({}, end);
+        for (const TimePoint end = session_.clock().now() + time; session_.clock().now() < end;)
+            session_.clock().wait({}, end);
     }
 
-    Session session;
-    Words words;
+    Session session_;
+    Words words_;
     Unsaid unsaid_;
 };
 
@@ -104,11 +104,12 @@ TEST_F(SupervisedTest, ALoopThatWasLateDoesNotCatchUpInABurst)
     auto elbow = driven("elbow", [&](const actuator::Command& command) {
         if (command.mode != actuator::Mode::position)
             return;
-        led.emplace_back(session.clock().now(), *command.position_rad);
+        led.emplace_back(session_.clock().now(), *command.position_rad);
         if (led.size() == 5)
             pass(900ms);
     });
-    const auto moved = move_to(words, session, elbow, {.position_rad = units::rad(100.0), .speed_rad_s = speed_rad_s});
+    const auto moved =
+        move_to(words_, session_, elbow, {.position_rad = units::rad(100.0), .speed_rad_s = speed_rad_s});
     ASSERT_TRUE(moved) << to_sentence(moved.error());
     ASSERT_GT(led.size(), 50U);
     for (std::size_t i = 1; i < led.size(); ++i) {
@@ -123,7 +124,7 @@ TEST_F(SupervisedTest, WhatDoesNotSayWhereItIsIsNotTurnedAgainstALimit)
     auto hip = driven("left_hip", [&](const actuator::Command&) { ++commands; });
     hip.state.position_rad = {};
     const Turning turning{.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s};
-    const auto refused = turn_on(words, session, hip, turning);
+    const auto refused = turn_on(words_, session_, hip, turning);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().detail.find("has not been measured yet"), std::string::npos) << refused.error().detail;
     EXPECT_EQ(commands, 0);
@@ -134,9 +135,9 @@ TEST_F(SupervisedTest, WhatNoLongerSaysWhereItIsIsStopped)
     TimePoint begin{}, end{};
     auto hip = driven("left_hip", [&](const actuator::Command& command) {
         unsaid_.position = command.mode == actuator::Mode::velocity;
-        (unsaid_.position ? begin : end) = session.clock().now();
+        (unsaid_.position ? begin : end) = session_.clock().now();
     });
-    const auto ended = turn_on(words, session, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
+    const auto ended = turn_on(words_, session_, hip, {.mode = actuator::Mode::velocity, .value = 0.3, .time = 60s});
     ASSERT_FALSE(ended);
     EXPECT_EQ(ended.error().code, Errc::timeout);
     EXPECT_NE(ended.error().detail.find("left_hip: it answers, but has not told its position for 0.5"),
@@ -170,7 +171,8 @@ TEST_F(SupervisedTest, ACurrentThatIsMoreThanTheGreatestTorqueIsNotSent)
                                     rmd_joint));
     int commands = 0;
     auto joint = driven("joint", [&](const actuator::Command&) { ++commands; }, file.path());
-    const auto refused = turn_on(words, session, joint, {.mode = actuator::Mode::current, .value = -0.6, .time = 50ms});
+    const auto refused =
+        turn_on(words_, session_, joint, {.mode = actuator::Mode::current, .value = -0.6, .time = 50ms});
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().detail, "joint: 0.6 A are 1.2 Nm, more than the 1 Nm allowed");
     EXPECT_EQ(commands, 0);
@@ -180,7 +182,7 @@ TEST_F(SupervisedTest, WhatTheSupervisorMakesOfACommandIsWhatIsSent)
 {
     std::vector<actuator::Command> told;
     auto hip = driven("left_hip", [&](const actuator::Command& command) { told.push_back(command); });
-    Supervised supervised(session, hip);
+    Supervised supervised(session_, hip);
     ASSERT_TRUE(supervised.send({.mode = actuator::Mode::position, .position_rad = 0.1}));
     ASSERT_EQ(told.size(), 1U);
     EXPECT_NEAR(told.front().velocity_rad_s.value_or(0.0), units::rad(360.0), 1e-9) << "its velocity_max_deg_s";
@@ -204,10 +206,10 @@ TEST_F(SupervisedTest, AnAnswerThatIsMissingOnceEndsNothing)
 {
     for (const auto* name : {"elbow", "waist_yaw", "left_hip"}) {
         auto joint = driven(name, [](const actuator::Command&) {});
-        Supervised supervised(session, joint, Reached::by_a_leap);
+        Supervised supervised(session_, joint, Reached::by_a_leap);
         const auto sent = supervised.send(move_to_position(joint, units::rad(4.0)));
         ASSERT_TRUE(sent) << to_sentence(sent.error());
-        const auto fine = look_past(session, supervised, unsaid_, 60ms);
+        const auto fine = look_past(session_, supervised, unsaid_, 60ms);
         EXPECT_TRUE(fine) << name << ": " << to_sentence(fine.error());
     }
 }
@@ -215,9 +217,9 @@ TEST_F(SupervisedTest, AnAnswerThatIsMissingOnceEndsNothing)
 TEST_F(SupervisedTest, WhoIsBackAfterTimeEnoughToLoseItsSupplyIsNotDrivenOn)
 {
     auto hip = driven("left_hip", [](const actuator::Command&) {});
-    Supervised supervised(session, hip);
+    Supervised supervised(session_, hip);
     ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
-    const auto fine = look_past(session, supervised, unsaid_, 300ms);
+    const auto fine = look_past(session_, supervised, unsaid_, 300ms);
     ASSERT_FALSE(fine);
     EXPECT_NE(fine.error().detail.find("left_hip gave no answer for 0.3"), std::string::npos) << fine.error().detail;
 }
@@ -225,9 +227,9 @@ TEST_F(SupervisedTest, WhoIsBackAfterTimeEnoughToLoseItsSupplyIsNotDrivenOn)
 TEST_F(SupervisedTest, WhoDoesNotAnswerForSilenceMaxIsGivenUp)
 {
     auto hip = driven("left_hip", [](const actuator::Command&) {});
-    Supervised supervised(session, hip);
+    Supervised supervised(session_, hip);
     ASSERT_TRUE(supervised.send(move_to_position(hip, units::rad(4.0))));
-    const auto fine = look_past(session, supervised, unsaid_, 800ms);
+    const auto fine = look_past(session_, supervised, unsaid_, 800ms);
     ASSERT_FALSE(fine);
     EXPECT_NE(fine.error().detail.find("it has not answered for 0.5"), std::string::npos) << fine.error().detail;
 }
@@ -240,7 +242,7 @@ TEST_F(SupervisedTest, ACommandThatNobodyAcknowledgedIsSentAgainWhenTheDeviceAns
         if (tapped.direction == wire::Direction::request)
             sent.emplace_back(tapped.bytes.begin(), tapped.bytes.end());
     });
-    Supervised supervised(session, hip);
+    Supervised supervised(session_, hip);
     unsaid_.anything = true;
     const auto told = supervised.send(move_to_position(hip, units::rad(4.0)));
     EXPECT_TRUE(told) << to_sentence(told.error());

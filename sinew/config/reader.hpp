@@ -110,7 +110,8 @@ template <class File, class Fill>
 std::expected<File, Error> parse_file(std::string_view text, std::string path, std::string_view owner,
                                       std::span<const std::string_view> keys, const Fill& fill)
 {
-    File file{.path = std::move(path)};
+    File file;
+    file.path = std::move(path);
     const auto document = parse_document(text, file.path);
     if (!document)
         return std::unexpected(document.error());
