@@ -122,6 +122,21 @@ TEST(BusPlain, EndsAnExchangeThatIsStillRunning)
     EXPECT_EQ(result.error.code, Errc::stopped);
 }
 
+TEST(BusPlain, OnCanAsksOneAloneWhereAnExchangeIsStillRunning)
+{
+    Frames line(framed);
+    const std::array requests{*wire::make_request(3, fake::CanRead{}), *wire::make_request(4, fake::CanRead{}),
+                              *wire::make_request(5, fake::CanRead{})};
+    std::array<Result, 3> results;
+    line.bus.start({requests.data(), 1}, std::span(results).first(1));
+    ASSERT_FALSE(line.bus.work());
+    line.link.answers = {{can_answer(4)}};
+    ASSERT_TRUE(line.bus.exchange(std::span(requests).subspan(1, 1), std::span(results).subspan(1, 1)).has_value());
+    EXPECT_TRUE(results[1].good);
+    EXPECT_EQ(line.link.all_written(), (std::vector{requests[0].frame, requests[1].frame}));
+    EXPECT_EQ(results[2].stage, Result::Stage::waiting) << "the result of somebody else";
+}
+
 TEST(BusPlain, OnCanHandsOverOneFrame)
 {
     Frames line(framed);

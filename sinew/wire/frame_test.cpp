@@ -32,6 +32,11 @@ TEST(Frame, TakesOverBytesOfEverySizeAndClearsTheRest)
     }
 }
 
+TEST(Frame, OneThatIsMadeOfNothingIsOneWithoutBytes)
+{
+    EXPECT_EQ(Frame{}, Frame::of({}));
+}
+
 TEST(Frame, IsEqualWhereIdentifierSizeAndTheBytesInUseAre)
 {
     const Frame frame = Frame::of(counting(5));
