@@ -7,15 +7,16 @@
 
 namespace sinew::robot {
 
-bool Following::is_blocked(const actuator::Measured<double>& here, bool is_behind)
+bool Following::is_blocked(const actuator::Measured<double>& here, double led_to_rad, bool is_behind)
 {
     if (!is_behind || !here) {
-        stands_at_ = {};
+        furthest_ = {};
         return false;
     }
-    if (!stands_at_ || std::abs(*here - *stands_at_) > progress_rad)
-        stands_at_ = here;
-    return here.at() - stands_at_.at() >= patience;
+    const double sense = std::copysign(1.0, led_to_rad - *here);
+    if (!furthest_ || sense * (*here - *furthest_) > progress_rad)
+        furthest_ = here;
+    return here.at() - furthest_.at() >= patience;
 }
 
 std::string does_not_follow(double here_rad, double led_to_rad)

@@ -10,15 +10,16 @@ namespace sinew::robot {
 class Following
 {
 public:
-    /// Behind and still for so long, it is.
+    /// Behind for so long and no further than before, it is.
     static constexpr Duration patience = std::chrono::seconds{1};
     static constexpr double progress_rad = 0.0175; ///< 1 deg: less in that time is standing still
 
-    /// A look: where it is, and whether it is as far behind as it may be.
-    bool is_blocked(const actuator::Measured<double>& here, bool is_behind);
+    /// A look: where it is, where it is led to, and whether it is as far behind as it may be. To fall back, and to come
+    /// back after that, is not to get on: a servo may let go of what blocks it, for a moment, again and again.
+    bool is_blocked(const actuator::Measured<double>& here, double led_to_rad, bool is_behind);
 
 private:
-    actuator::Measured<double> stands_at_; ///< since then, though it is led
+    actuator::Measured<double> furthest_; ///< so far it has come, then
 };
 
 /// What to say of one that is.

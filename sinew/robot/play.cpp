@@ -109,7 +109,7 @@ private:
             player_.wait();
         // What goes at once wherever it is led is judged by its supervisor, and its end seen by `send`.
         const bool is_own_affair = static_cast<bool>(joint.capabilities().velocity_limit);
-        if (!watched.following.is_blocked(at, is_behind && is_own_affair))
+        if (!watched.following.is_blocked(at, target.position_rad, is_behind && is_own_affair))
             return;
         watched.is_given_up = true;
         (void)joint.set({.mode = Mode::hold});

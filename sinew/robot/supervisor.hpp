@@ -52,7 +52,7 @@ public:
     /// A measured velocity or current counts when it lasts for so long.
     static constexpr Duration lasting = std::chrono::milliseconds{100};
     static constexpr double velocity_tolerance = 1.25; ///< times the limit: what a control loop overshoots
-    /// At its lead and still for so long, a joint that is led counts as blocked.
+    /// At its lead and no further for so long, a joint that is led counts as blocked.
     static constexpr Duration patience = Following::patience;
 
     /// From now on it begins where the joint was measured. A joint that stands beyond a limit may stay there and come

@@ -39,13 +39,12 @@ void Supervisor::see_whether_it_comes()
     comes_ = gap >= *rules_.lead_max_rad || (comes_ && !stands && gap > *rules_.lead_max_rad / 2.0);
 }
 
-/// Of a joint that goes at once wherever it is led.
+/// Of a joint that goes at once wherever it is led, as long as it is not led on.
 Finding Supervisor::judge_lead(const actuator::Command& running)
 {
     const bool is_led =
         running.mode == actuator::Mode::position && !limits_velocity_ && is_commanded_ && rules_.lead_max_rad;
-    const bool is_at_its_lead = is_led && seen_ && std::abs(*reference_rad_ - *seen_) >= *rules_.lead_max_rad;
-    if (!following_.is_blocked(seen_, is_at_its_lead))
+    if (!following_.is_blocked(seen_, reference_rad_.value_or(0.0), is_led && comes_))
         return {};
     return finding(Measure::end, Errc::timeout, does_not_follow(*seen_, *reference_rad_));
 }
