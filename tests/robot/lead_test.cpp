@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <utility>
 
 /// A SAM that is led step by step against what blocks it, and what it does when that gives way.
 namespace sinew::robot::test {
@@ -83,6 +84,56 @@ TEST(Lead, AMotionAgainstAStopEndsAlsoWhereTheServoLetsItsLoadFallAgainAndAgain)
             const Ended ended = by_play ? play_up(rig) : walk_up(rig, servo.velocity_deg_s);
             EXPECT_NE(ended.said.find("does not follow"), std::string::npos) << servo.load << ended.said;
             EXPECT_LT(ended.took, 4s) << servo.load;
+        }
+}
+
+/// What a shaft does that was stuck for 0.9 s on its way up, and came free.
+struct Leap {
+    double furthest_led_deg = 0.0; ///< ahead of the shaft
+    double too_fast_deg = 0.0;     ///< on this way it was faster than 1.25 times what it may be
+};
+
+Leap come_free(std::string_view model, double velocity_deg_s, double load_nm)
+{
+    Rig rig(led(model, velocity_deg_s, fmt::format("external_torque_nm = {}", -load_nm)));
+    rig.enable();
+    Leap out;
+    bool is_stuck = false;
+    double before_deg = units::deg(rig.truth_rad("joint"));
+    PlayOptions options;
+    options.each = [&](const SequencePlayer&) {
+        const double here_deg = units::deg(rig.truth_rad("joint")), speed_deg_s = units::deg(rig.truth_rad_s("joint"));
+        if (!std::exchange(is_stuck, is_stuck || here_deg > 20.0) && is_stuck)
+            rig.inject(sim::FaultKind::stuck_gear, "joint", 0.9);
+        const auto& sent = rig.robot->find("joint")->command().position_rad;
+        out.furthest_led_deg = std::max(out.furthest_led_deg, sent ? units::deg(*sent) - here_deg : 0.0);
+        if (speed_deg_s > 1.25 * velocity_deg_s)
+            out.too_fast_deg += here_deg - before_deg;
+        before_deg = here_deg;
+    };
+    (void)play(*rig.robot, sequence_of(*rig.robot->file().find_pose("up")), options);
+    EXPECT_TRUE(is_stuck);
+    return out;
+}
+
+struct Loaded {
+    std::string_view model;
+    double load_nm;
+};
+/// The strongest only without a load: blocked, it takes so much that its own overload lets it fall.
+constexpr Loaded servos[] = {{"SAM-160EO200", 0.0}, {"SAM-20", 0.0}, {"SAM-20", 0.5},
+                             {"SAM-20", 1.0},       {"SAM-5", 0.0},  {"SAM-5", 0.25}};
+
+TEST(Lead, AServoThatComesFreeLeapsNoFurtherThanItWasLed)
+{
+    for (const auto& [model, load_nm] : servos)
+        for (const double velocity_deg_s : {10.0, 30.0, 60.0, 120.0}) {
+            const Leap leap = come_free(model, velocity_deg_s, load_nm);
+            // The formula of docs/guide/robot.md. A measurement is two periods old at most, and in steps of 0.083 deg.
+            const double lead_deg = 0.12 * velocity_deg_s + 5.0 + 0.02 * velocity_deg_s + 0.083;
+            EXPECT_LT(leap.furthest_led_deg, lead_deg) << model << " " << load_nm << " " << velocity_deg_s;
+            EXPECT_GT(leap.furthest_led_deg, 0.12 * velocity_deg_s + 4.0) << "else it was not blocked";
+            EXPECT_LT(leap.too_fast_deg, lead_deg) << model << " " << load_nm << " " << velocity_deg_s;
         }
 }
 
