@@ -417,7 +417,7 @@ TEST(RmdDriver, ACycleIsOneExchangeOnceTheEncoderHasProvenItself)
             asked_for_angle += motor.cycle() == 2U ? 1 : 0;
             ASSERT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.2) << i;
         }
-        EXPECT_NEAR(asked_for_angle, 2000 / 256, 2) << "checked now and then";
+        EXPECT_NEAR(asked_for_angle, 2000.0 / 256.0, 2.0) << "checked now and then";
     }
 }
 
