@@ -192,7 +192,7 @@ TEST(Pcapng, GoesOnAfterAPacketThatItCannotRead)
 
 TEST(Pcapng, SaysWhatIsWrongWithAFile)
 {
-    const auto why = [](std::string file) {
+    const auto why = [](const std::string& file) {
         const auto got = read(file);
         return got.errors.empty() ? std::string{} : got.errors.front();
     };

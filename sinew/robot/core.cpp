@@ -156,7 +156,7 @@ std::expected<void, Error> Core::read_only()
     for (auto& line : lines) {
         line->clear();
         for (Joint* joint : line->joints())
-            line->plan_read(*joint, Depth::motion);
+            (void)line->plan_read(*joint, Depth::motion);
     }
     exchange_lines();
     if (fault)

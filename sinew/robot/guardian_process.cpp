@@ -264,8 +264,11 @@ private:
             if (size < 0 && (errno == EAGAIN || errno == ENOBUFS || errno == EINTR) && now < one.give_up)
                 return;
             // The rest of a frame goes out before anything else: half of one would spoil the next.
-            if (size > 0 && (one.written += static_cast<std::size_t>(size)) < piece.size && now < one.give_up)
-                return;
+            if (size > 0) {
+                one.written += static_cast<std::size_t>(size);
+                if (one.written < piece.size && now < one.give_up)
+                    return;
+            }
             one.refused = one.refused || one.written < piece.size;
             one.written = 0;
             ++one.next; // a line that is gone takes nothing, and the others must have theirs
