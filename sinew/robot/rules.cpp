@@ -30,8 +30,10 @@ Rules rules_of(const config::Joint& joint, const config::Safety& safety, const a
     rules.torque_constant_nm_per_a = can.torque_constant_nm_per_a;
     if (safety.command_timeout_s)
         rules.command_timeout = from_seconds(*safety.command_timeout_s);
-    if (const auto velocity = or_else(joint.velocity_max_rad_s, can.velocity_max_rad_s))
-        rules.lead_max_rad = trailing_s * *velocity + std::max(giving_way_rad, rules.limits.step_max_rad.value_or(0.0));
+    if (const auto velocity = or_else(joint.velocity_max_rad_s, can.velocity_max_rad_s)) {
+        rules.trail_rad = trailing_s * *velocity;
+        rules.lead_max_rad = rules.trail_rad + std::max(giving_way_rad, rules.limits.step_max_rad.value_or(0.0));
+    }
     return rules;
 }
 

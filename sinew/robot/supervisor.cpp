@@ -17,6 +17,11 @@ using actuator::Mode;
 using actuator::State;
 using units::deg;
 
+bool is_between(double a, double value, double b)
+{
+    return std::min(a, b) <= value && value <= std::max(a, b);
+}
+
 } // namespace
 
 Supervisor::Supervisor(std::string joint, int id, Rules rules, bool limits_velocity)
@@ -45,6 +50,7 @@ void Supervisor::begin(const State& state, TimePoint now)
     following_ = {};
     mark_ = {};
     comes_ = false;
+    stood_rad_.reset();
     reach_ = {rules_.limits.position_low_rad, rules_.limits.position_high_rad};
     reference_rad_ = state.position_rad;
     reference_at_ = now;
@@ -78,6 +84,8 @@ std::expected<void, Error> Supervisor::check_step(const Command& command, TimePo
         return refuse(Errc::unsupported, "where it is has not been measured yet, so nothing says how far a step is");
     if (!is_limited)
         return {};
+    if (leaps() && is_between(*seen_, *command.position_rad, *reference_rad_))
+        return {};
     const double step = std::abs(*command.position_rad - *reference_rad_);
     if (rules_.limits.step_max_rad && step > *rules_.limits.step_max_rad + noise_rad)
         return refuse(Errc::out_of_range,
@@ -89,7 +97,7 @@ std::expected<void, Error> Supervisor::check_step(const Command& command, TimePo
                       fmt::format("a step of {:.2f} deg at once is faster than the {:.2f} deg/s allowed, by which it "
                                   "may be {:.2f} deg now; send smaller steps, or name a velocity",
                                   deg(step), deg(*rules_.limits.velocity_max_rad_s), deg(allowance_rad(now))));
-    if (!limits_velocity_ && std::abs(nearest_lead_rad(*command.position_rad, now) - *command.position_rad) > noise_rad)
+    if (!limits_velocity_ && std::abs(within_lead_rad(*command.position_rad, now) - *command.position_rad) > noise_rad)
         return refuse(
             Errc::out_of_range,
             fmt::format("it is at {:.2f} deg and stays behind the {:.2f} deg that it was sent to; wait for it, "

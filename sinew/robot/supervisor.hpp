@@ -17,6 +17,7 @@ struct Rules {
     Duration silence_max{};                  ///< so long a device may give no answer, or none that tells its place
     Duration stop_time{};                    ///< in which it surely comes to rest after it was told to hold
     std::optional<double> lead_max_rad;      ///< so far a streamed position may be ahead of the shaft
+    double trail_rad = 0.0;                  ///< so far it is at the greatest velocity
     std::optional<double> torque_constant_nm_per_a; ///< of the joint, where it is known
 };
 
@@ -67,7 +68,8 @@ public:
     /// The position nearest to this one that may be reached at once now, as far as steps and the lead go: for streams,
     /// which a late loop must not end.
     double nearest_step_rad(double position_rad, TimePoint now) const;
-    /// The same as far as the lead goes. It never takes a joint back.
+    /// The same as far as the lead goes. It takes a joint back, towards its shaft, only where that leaps: where it has
+    /// come free and turns too fast.
     double nearest_lead_rad(double position_rad, TimePoint now) const;
     /// Whether the shaft is further away from this position than it may be led.
     bool is_behind(double position_rad, TimePoint now) const;
@@ -110,6 +112,8 @@ private:
     std::expected<void, Error> check_push(const actuator::Command& command) const;
     double allowance_rad(TimePoint now) const;
     double lead_rad(TimePoint now) const;
+    double within_lead_rad(double position_rad, TimePoint now) const;
+    bool leaps() const;
     void refer_to(double position_rad, bool is_commanded, TimePoint now);
     Finding judge_silence(const actuator::Command& running, TimePoint answered, TimePoint now) const;
     Finding judge_faults(const actuator::State& state) const;
@@ -118,6 +122,7 @@ private:
                         TimePoint now) const;
     Finding judge_lead(const actuator::Command& running);
     void see_whether_it_comes();
+    void see_where_it_stands();
     bool lasts(std::optional<TimePoint>& since, bool too_much, TimePoint at);
 
     std::string joint_;
@@ -138,6 +143,8 @@ private:
     Following following_;
     bool comes_ = false;              ///< from where its lead had ended
     actuator::Measured<double> mark_; ///< where it was when it last got on
+    std::optional<double>
+        stood_rad_; ///< where its lead ended, at the furthest, until it is no further ahead than usual
 };
 
 } // namespace sinew::robot
