@@ -38,6 +38,35 @@ TEST(GuardianTest, AProgramThatHangsGetsTheFramesForMotorsThatNobodySees)
     EXPECT_EQ(wire.read(all.size()), all);
 }
 
+/// A slow one, not a hung one. What presses on something is let go by one frame and told to hold by another.
+TEST(GuardianTest, AProgramThatWritesOtherFramesDuringAStopTakesNoneOfItAway)
+{
+    const Wire wire;
+    std::vector<wire::Request> long_stop;
+    for (int id = 1; id <= 30; ++id)
+        long_stop.push_back(stop_of(id));
+    const std::array short_stop{stop_of(1)};
+    Program program(wire, StopFrames{.seen = long_stop, .unseen = long_stop},
+                    [&](Program::Inside inside) {
+                        sigset_t awaited;
+                        ::sigemptyset(&awaited);
+                        ::sigaddset(&awaited, SIGUSR1);
+                        ::sigprocmask(SIG_BLOCK, &awaited, nullptr);
+                        inside.guardian.beat();
+                        int signal = 0;
+                        ::sigwait(&awaited, &signal);
+                        for (;;)
+                            inside.guardian.update(0, inside.link, {.seen = short_stop, .unseen = short_stop});
+                    },
+                    {.patience = 50ms});
+    const auto all = times(3, long_stop);
+    auto got = wire.read(long_stop.front().frame.size);
+    ::kill(program.pid(), SIGUSR1); // while the others are still to be sent
+    const auto others = wire.read(all.size() - got.size(), 2'000);
+    got.insert(got.end(), others.begin(), others.end());
+    EXPECT_EQ(got, all);
+}
+
 TEST(GuardianTest, AHungProgramIsStoppedFromElsewhereByTheFramesForMotorsThatNobodySees)
 {
     const Wire wire;

@@ -28,6 +28,7 @@ constexpr auto time_to_ask = 3s;      // for it to find out who obeyed
 constexpr auto seen_lately = 100ms;   // so old a place may be where a motor is told to hold
 constexpr auto bus_time = 100ms;      // for a descriptor that takes no more
 constexpr int rounds = 3;             // a frame may meet another one, or end half a frame that the program began
+constexpr int most_tries = 8;         // to take frames that a program which lives writes meanwhile
 constexpr auto between_rounds = 20ms; // silence ends whatever a device had heard of a frame
 
 /// One bus while it is stopped.
@@ -205,7 +206,7 @@ private:
     void stop_all(std::string why)
     {
         std::size_t buses = 0;
-        look_at_the_frames();
+        take_the_frames();
         for (int round = 0; round < rounds; ++round) {
             if (round > 0)
                 ::poll(nullptr, 0, static_cast<int>(std::chrono::milliseconds(between_rounds).count()));
@@ -216,14 +217,27 @@ private:
                        buses == 1 ? "bus" : "buses");
     }
 
-    static const Stop& stop_of(const Bus& bus) { return bus.stops[bus.current.load(std::memory_order_acquire)]; }
-
-    /// Once for all rounds: a motor that was told to hold must not be told to brake because it took a while.
-    void look_at_the_frames()
+    /// Once for all rounds: a program that lives after all writes others meanwhile. A motor that was let go so that it
+    /// holds with loops that start anew must still be told to hold, and one that was told to hold must not be told to
+    /// brake because it took a while.
+    void take_the_frames()
     {
         const Clock::duration now = Clock::now().time_since_epoch();
         for (std::size_t i = 0; i < most_buses; ++i)
-            unseen_[i] = now - Duration(stop_of(memory_.buses[i]).written_ns) > seen_lately;
+            for (int tries = 0; tries < most_tries && !take_the_frames_of(i, now); ++tries) {
+            }
+    }
+
+    /// Whether nothing was written over them meanwhile.
+    bool take_the_frames_of(std::size_t i, Clock::duration now)
+    {
+        const Bus& bus = memory_.buses[i];
+        const auto current = bus.current.load(std::memory_order_acquire);
+        const Stop& stop = bus.stops[current];
+        const bool unseen = now - Duration(stop.written_ns) > seen_lately;
+        frames_[i] = unseen ? stop.unseen : stop.seen;
+        std::atomic_thread_fence(std::memory_order_acquire);
+        return bus.current.load(std::memory_order_relaxed) == current;
     }
 
     /// All buses at once, each at its own pace. How many there are.
@@ -237,9 +251,7 @@ private:
                 note(bus, StoppedBus::Outcome::failed, "its link is lost");
                 continue;
             }
-            all[i] = {.pieces = unseen_[i] ? &stop_of(bus).unseen : &stop_of(bus).seen,
-                      .fd = links_[i].get(),
-                      .give_up = Clock::now() + bus_time};
+            all[i] = {.pieces = &frames_[i], .fd = links_[i].get(), .give_up = Clock::now() + bus_time};
             ++count;
         }
         while (!std::ranges::all_of(all, &Sending::done)) {
@@ -296,7 +308,7 @@ private:
     link::Fd socket_, listener_, program_ends_;
     Duration patience_;
     std::array<link::Fd, most_buses> links_{};
-    std::array<bool, most_buses> unseen_{}; ///< nobody has looked at the motors of this bus for a while
+    std::vector<Pieces> frames_{most_buses}; ///< of the stop that goes on
     std::vector<link::Fd> callers_;
     std::vector<pollfd> handles_;
     std::uint64_t beats_ = 0;

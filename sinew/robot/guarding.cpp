@@ -128,7 +128,7 @@ void Core::tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes)
             const bool failed = one.outcome == Stopped::Outcome::failed ||
                                 (one.outcome == Stopped::Outcome::sent && one.did != Mode::release);
             if (failed)
-                failures += (failures.empty() ? "" : ", ") + std::string(one.joint);
+                failures.append(failures.empty() ? "" : ", ").append(one.joint);
             else if (one.outcome == Stopped::Outcome::sent && outcome == StoppedBus::Outcome::confirmed)
                 outcome = StoppedBus::Outcome::sent;
         }

@@ -44,16 +44,16 @@ Robot::~Robot()
 }
 
 std::expected<Robot, Error> Robot::open(const std::filesystem::path& path, const link::Links& links, link::Clock& clock,
-                                        OpenOptions options)
+                                        const OpenOptions& options)
 {
     auto file = config::read_robot_file(path);
     if (!file)
         return std::unexpected(std::move(file.error()));
-    return open(std::move(*file), links, clock, std::move(options));
+    return open(std::move(*file), links, clock, options);
 }
 
 std::expected<Robot, Error> Robot::open(config::RobotFile file, const link::Links& links, link::Clock& clock,
-                                        OpenOptions options)
+                                        const OpenOptions& options)
 {
     auto core = Core::make(std::move(file), links, clock, options);
     if (!core)

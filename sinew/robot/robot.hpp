@@ -70,9 +70,9 @@ public:
     /// Opens all buses; sends nothing. The clock must outlive the robot and is that of its links: `sim::clock_for` for
     /// simulated ones. `bad_file` with the place, or why a link does not open.
     static std::expected<Robot, Error> open(const std::filesystem::path& path, const link::Links& links,
-                                            link::Clock& clock, OpenOptions options = {});
+                                            link::Clock& clock, const OpenOptions& options = {});
     static std::expected<Robot, Error> open(config::RobotFile file, const link::Links& links, link::Clock& clock,
-                                            OpenOptions options = {});
+                                            const OpenOptions& options = {});
     ~Robot();
     Robot(Robot&&) noexcept;
     Robot& operator=(Robot&&) noexcept;

@@ -110,8 +110,11 @@ std::expected<Fault, Error> fault_of(const config::RobotFile& file, const config
         }
         if (text == nullptr)
             return config::fail_at(file, setting.at, fmt::format("{} must be a text in quotes.", setting.key));
-        if (setting.key == "kind" && (kind = find_kind(*text)) == nullptr)
-            return config::fail_at(file, setting.at, no_such("sim", "fault", *text, kind_words()));
+        if (setting.key == "kind") {
+            kind = find_kind(*text);
+            if (kind == nullptr)
+                return config::fail_at(file, setting.at, no_such("sim", "fault", *text, kind_words()));
+        }
         if (setting.key == "joint")
             fault.joint = *text;
         if (setting.key == "bus")
