@@ -9,7 +9,8 @@
 #include <vector>
 
 /// cycles MOTORS COUNT: so many exchanges with as many RMD motors on a socket that stands in for CAN, counted as those
-/// of `transactions.cpp` are; a program of its own, for what the compiler makes of those depends on what stands beside them.
+/// of `transactions.cpp` are; a program of its own, for what the compiler makes of those depends on what stands beside
+/// them.
 namespace {
 
 using namespace sinew;
