@@ -8,7 +8,7 @@
 namespace sinew::robot {
 namespace {
 
-constexpr double rest_rad_s = 0.02; ///< an RMD tells whole degrees per second
+constexpr double standing_rad_s = 0.02; ///< an RMD tells whole degrees per second
 constexpr double there_rad = units::rad(0.1);
 /// A velocity that is so much older than the position may be another one by now.
 constexpr Duration old = std::chrono::milliseconds{30};
@@ -20,7 +20,7 @@ constexpr Duration long_ago = std::chrono::milliseconds{250};
 bool stands(const actuator::State& state, TimePoint now)
 {
     const auto& velocity = state.velocity_rad_s;
-    return velocity && std::abs(*velocity) < rest_rad_s && now - velocity.at() <= long_ago &&
+    return velocity && std::abs(*velocity) < standing_rad_s && now - velocity.at() <= long_ago &&
            (!state.position_rad || state.position_rad.at() - velocity.at() <= old);
 }
 

@@ -396,7 +396,7 @@ private:
         const double at = rig_.truth_rad(joint);
         const double low = *joint.limits().position_low_rad - at, high = at - *joint.limits().position_high_rad;
         const double beyond = std::max(low, high);
-        check_belief(joint, at);
+        check_belief(joint, look, at);
         // What was planned before this cycle went out in it; what it showed counts
         // in the next one.
         if (const auto& said = joint.state().position_rad; said && said.at() != look.measured_at) {
@@ -422,13 +422,15 @@ private:
 
     /// What answers without a checksum is believed by how fast a shaft can turn (`Joint::is_plausible`), so it is no
     /// further off than a shaft may jump, may turn between two answers, and has turned since.
-    void check_belief(const Joint& joint, double truth_rad)
+    void check_belief(const Joint& joint, const Look& look, double truth_rad)
     {
         const auto& said = joint.state().position_rad;
         if (!joint.family().protocol->bare_replies() || !said || !rig_.robot->enabled())
             return;
         const double top_rad_s = *joint.capabilities().velocity_max_rad_s;
-        const double most = units::rad(2.0) + 1.5 * top_rad_s * 0.02 + top_rad_s * seconds(rig_.now() - said.at());
+        const Duration between = said.at() != look.measured_at ? said.at() - look.measured_at : look.interval;
+        const double most = units::rad(2.0) + 1.5 * top_rad_s * std::max(0.02, seconds(between)) +
+                            top_rad_s * seconds(rig_.now() - said.at());
         const double off = std::abs(std::remainder(*said - truth_rad, 2.0 * std::numbers::pi));
         if (off > most)
             complaints.push_back(
