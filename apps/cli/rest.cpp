@@ -101,19 +101,30 @@ void say_that_it_is_told(Session& session)
 /// `told`: what it was told last.
 std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
 {
+    bool is_to_let_go = may_press(driven), lets_go = false;
     told = tell(driven, otherwise);
     Standing standing(driven);
+    const auto let_go_of_it = [&] {
+        told = tell_to_hold_anew(driven);
+        lets_go = !told.confirmed;
+        standing = Standing(driven);
+    };
     const TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
         if (told.confirmed)
             say_that_it_is_told(session);
         (void)read_state(driven, actuator::Depth::motion);
         standing.look(driven);
-        if (told.confirmed && standing.is_at_rest())
-            return told.rest;
+        if (told.confirmed && standing.is_at_rest()) {
+            if (told.rest != Rest::holds || !std::exchange(is_to_let_go, false))
+                return told.rest;
+            let_go_of_it();
+        }
         if (session.clock().now() >= end)
             break;
-        if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
+        if (lets_go)
+            let_go_of_it();
+        else if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
             told = tell(driven, otherwise, told.place_rad);
         pause(session);
     }
@@ -146,8 +157,7 @@ void Standing::look(const Driven& driven)
 Telling tell_to_hold(Driven& driven, std::optional<double> last)
 {
     const actuator::Command hold{.mode = actuator::Mode::hold};
-    const bool may_press = robot::stands(driven.state, driven.bus->clock().now());
-    auto planned = may_press ? robot::plan_hold_anew(*driven.driver, {}) : driven.driver->plan(hold, {});
+    auto planned = driven.driver->plan(hold, {});
     std::optional<double> place;
     if (!planned) {
         const auto read = read_state(driven, actuator::Depth::motion);
@@ -163,6 +173,19 @@ Telling tell_to_hold(Driven& driven, std::optional<double> last)
     }
     note(driven, actuator::Mode::hold);
     return {Rest::holds, carry_out_planned(driven, planned), place};
+}
+
+bool may_press(const Driven& driven)
+{
+    return robot::may_press(*driven.device.spec, driven.state, driven.bus->clock().now());
+}
+
+Telling tell_to_hold_anew(Driven& driven)
+{
+    note(driven, actuator::Mode::release);
+    note(driven, actuator::Mode::hold);
+    return {Rest::holds,
+            until_confirmed([&] { return carry_out_planned(driven, robot::plan_hold_anew(*driven.driver, {})); })};
 }
 
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise)

@@ -48,12 +48,18 @@ private:
     int slow_looks_ = 0;
 };
 
-/// Once; nobody looks. What stands may press on something, and lets go of that (`robot::presses`). Where the protocol
+/// Once; nobody looks. Where the protocol
 /// can hold without knowing the position nothing is read first; what must be told where to hold, and does not say where
 /// it is, is braked. `last`: the place of an earlier telling, told again where it is no further off than it may give
 /// way (`robot::giving_way_rad`), for under a load each new place would be lower than the one before; what is further
 /// off has not heard it.
 Telling tell_to_hold(Driven& driven, std::optional<double> last = {});
+
+/// What holds lets go of what it presses on and holds anew (`robot::plan_hold_anew`). Not confirmed where one frame of
+/// that was not acknowledged: then it may be free.
+Telling tell_to_hold_anew(Driven& driven);
+/// Whether what it is told to hold may press on something.
+bool may_press(const Driven& driven);
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
 /// been lost. No signal cuts the telling short, and one that came before is still there afterwards. `timeout` and the

@@ -4,7 +4,6 @@
 #include "sinew/family/drivers.hpp"
 #include "sinew/family/sam/messages.hpp"
 #include "sinew/robot/hold_unseen.hpp"
-#include "sinew/robot/pressing.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -78,8 +77,8 @@ void Session::heed_guardian()
 }
 
 MotionGuard::MotionGuard(robot::Guardian& guardian, const Device& device)
-    : guardian_(guardian), stopper_(make_driver(*device.spec)), reliever_(make_driver(*device.spec)),
-      stop_{.mode = robot::hold_unseen(*stopper_)}, link_(fmt::format("{}#{}", device.link, device.id))
+    : guardian_(guardian), stopper_(make_driver(*device.spec)), stop_{.mode = robot::hold_unseen(*stopper_)},
+      link_(fmt::format("{}#{}", device.link, device.id))
 {
 }
 
@@ -92,8 +91,7 @@ std::expected<void, Error> MotionGuard::update(Driven& driven)
         known_.reset();
         return {};
     }
-    const bool may_press = stop_.mode == actuator::Mode::hold && robot::stands(driven.state, driven.bus->clock().now());
-    const auto requests = may_press ? robot::plan_hold_anew(*reliever_, {}) : stopper_->plan(stop_, {});
+    const auto requests = stopper_->plan(stop_, {});
     if (!requests)
         return std::unexpected(requests.error());
     const robot::StopFrames frames{.seen = requests->all(), .unseen = requests->all()};

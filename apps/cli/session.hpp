@@ -116,8 +116,7 @@ public:
 
 private:
     robot::Guardian& guardian_;
-    std::unique_ptr<actuator::Driver> stopper_;  ///< the one that drives must not take what was never sent for sent
-    std::unique_ptr<actuator::Driver> reliever_; ///< of what presses on something
+    std::unique_ptr<actuator::Driver> stopper_; ///< the one that drives must not take what was never sent for sent
     actuator::Command stop_;
     std::string link_;
     std::optional<std::uint64_t> known_; ///< losses of the link when it was handed over

@@ -59,15 +59,15 @@ void Stopping::look()
     standing_->look(*driven_);
     stands_ = read && standing_->is_at_rest();
     before_ = read ? driven_->state : actuator::State{};
-    const bool holds_anywhere = keep_torque_ && telling_.rest == Rest::holds && !telling_.place_rad;
-    if (stands_ && holds_anywhere && !std::exchange(is_relieved_, true))
+    if (stands_ && keep_torque_ && telling_.rest == Rest::holds && !is_relieved_ && may_press(*driven_))
         relieve();
 }
 
 /// Nobody knows what it was told before: it may press on something.
 void Stopping::relieve()
 {
-    telling_ = tell_to_hold(*driven_);
+    telling_ = tell_to_hold_anew(*driven_);
+    is_relieved_ = telling_.confirmed.has_value();
     standing_.emplace(*driven_);
     stands_ = false;
 }

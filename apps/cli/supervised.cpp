@@ -89,7 +89,8 @@ void Supervised::rests()
     running_ = {.mode = actuator::Mode::hold};
     missing_since_.reset();
     unheard_.reset();
-    guard_.begin(state(), session_.clock().now());
+    answered_at_ = session_.clock().now();
+    guard_.begin(state(), answered_at_);
 }
 
 std::expected<void, Error> Supervised::begin(const actuator::Command& command)

@@ -60,6 +60,7 @@ private:
     // stop.cpp
     void send_stop();
     void verify(std::vector<Stopped>& outcomes);
+    void relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes);
     bool ask_again(std::vector<Stopped>& outcomes, int look, bool command);
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);

@@ -93,12 +93,12 @@ void write_pieces(Pieces& pieces, const link::AnyLink& link, std::span<const wir
 
 void write_stop(Bus& bus, const link::AnyLink& link, const StopFrames& frames)
 {
-    const bool is_first = bus.current.load(std::memory_order_relaxed) != 0;
-    Stop& stop = is_first ? bus.stops.front() : bus.stops.back();
+    const auto written = bus.written.load(std::memory_order_relaxed) + 1;
+    Stop& stop = bus.stop(written);
     stop.written_ns = Duration(std::chrono::steady_clock::now().time_since_epoch()).count();
     write_pieces(stop.seen, link, frames.seen);
     write_pieces(stop.unseen, link, frames.unseen);
-    bus.current.store(is_first ? 0 : 1, std::memory_order_release);
+    bus.written.store(written, std::memory_order_release);
 }
 
 } // namespace

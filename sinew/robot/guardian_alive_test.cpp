@@ -10,16 +10,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
+void hang(Program::Inside inside)
+{
+    inside.guardian.beat();
+    forever(inside);
+}
+
 TEST(GuardianTest, AProgramThatBeatsNoMoreIsStoppedAlthoughItLives)
 {
     const Wire wire;
     const std::array stop{stop_of(1)};
-    Program program(wire, stop,
-                    [](Program::Inside inside) {
-                        inside.guardian.beat();
-                        forever(inside);
-                    },
-                    {.patience = 50ms});
+    Program program(wire, stop, hang, {.patience = 50ms});
     const auto all = times(3, stop);
     EXPECT_EQ(wire.read(all.size()), all);
 }
@@ -28,17 +29,12 @@ TEST(GuardianTest, AProgramThatHangsGetsTheFramesForMotorsThatNobodySees)
 {
     const Wire wire;
     const std::array hold{stop_of(1)}, brake{stop_of(2)};
-    Program program(wire, StopFrames{.seen = hold, .unseen = brake},
-                    [](Program::Inside inside) {
-                        inside.guardian.beat();
-                        forever(inside);
-                    },
-                    {.patience = 150ms});
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake}, hang, {.patience = 150ms});
     const auto all = times(3, brake);
     EXPECT_EQ(wire.read(all.size()), all);
 }
 
-/// A slow one, not a hung one. What presses on something is let go by one frame and told to hold by another.
+/// A slow one, not a hung one.
 TEST(GuardianTest, AProgramThatWritesOtherFramesDuringAStopTakesNoneOfItAway)
 {
     const Wire wire;

@@ -34,8 +34,11 @@ struct Stop {
 /// What stops a bus stands here twice: one is whole while the other is written, so a program may die at any moment.
 struct Bus {
     std::array<char, longest_name> link{};
-    std::atomic<std::uint32_t> current{0};
+    std::atomic<std::uint32_t> written{0}; ///< so often; by turns into one and the other
     std::array<Stop, 2> stops{};
+    /// Where it was written that time.
+    Stop& stop(std::uint32_t time) { return time % 2 == 0 ? stops.front() : stops.back(); }
+    const Stop& stop(std::uint32_t time) const { return time % 2 == 0 ? stops.front() : stops.back(); }
     // What became of the last stop: written by the program before `stop_done`, or by the guardian where that did it.
     std::atomic<std::uint8_t> outcome{0};
     std::array<char, longest_word> says{};

@@ -217,9 +217,8 @@ private:
                        buses == 1 ? "bus" : "buses");
     }
 
-    /// Once for all rounds: a program that lives after all writes others meanwhile. A motor that was let go so that it
-    /// holds with loops that start anew must still be told to hold, and one that was told to hold must not be told to
-    /// brake because it took a while.
+    /// Once for all rounds: a program that lives after all writes others meanwhile, and a motor that was told to hold
+    /// must not be told to brake because it took a while.
     void take_the_frames()
     {
         const Clock::duration now = Clock::now().time_since_epoch();
@@ -232,12 +231,12 @@ private:
     bool take_the_frames_of(std::size_t i, Clock::duration now)
     {
         const Bus& bus = memory_.buses[i];
-        const auto current = bus.current.load(std::memory_order_acquire);
-        const Stop& stop = bus.stops[current];
+        const auto written = bus.written.load(std::memory_order_acquire);
+        const Stop& stop = bus.stop(written);
         const bool unseen = now - Duration(stop.written_ns) > seen_lately;
         frames_[i] = unseen ? stop.unseen : stop.seen;
         std::atomic_thread_fence(std::memory_order_acquire);
-        return bus.current.load(std::memory_order_relaxed) == current;
+        return bus.written.load(std::memory_order_relaxed) == written;
     }
 
     /// All buses at once, each at its own pace. How many there are.

@@ -65,7 +65,6 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
     if (const auto plan = stopper_->plan({.mode = Mode::release}, {}))
         acknowledges_ = answers(resolved.device, *plan->all().back().message);
     stopper_ = make_driver(resolved.device);
-    reliever_ = make_driver(resolved.device);
 }
 
 Error Joint::named(Error error) const
@@ -87,11 +86,16 @@ void Joint::failed(const Error& error, TimePoint since)
     if (!missing_since_)
         missing_since_ = since;
     fresh_ = true;
-    if (relieved_)
-        reliefs_ = std::max(reliefs_, 1);
+    if (relieved_ && !must_relieve_ && retries_ > 0) {
+        --retries_;
+        must_relieve_ = true;
+    }
 }
 
 // ---- commands ----
+
+/// Each lets a load come down a little.
+constexpr int most_retries = 2;
 
 /// Whether the robot must do in steps what the device cannot do in one move.
 bool Joint::can_walk(const Command& command) const
@@ -173,7 +177,7 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    reliefs_ = 0;
+    must_relieve_ = relieved_ = false;
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
@@ -185,8 +189,8 @@ void Joint::take(const Command& command, TimePoint at)
     }
     if (command.mode == Mode::hold) {
         held_ = raw_;
-        const int times = acknowledges_ ? 1 : 2;
-        reliefs_ = presses() ? times : 0;
+        must_relieve_ = presses();
+        retries_ = most_retries;
     }
 }
 

@@ -100,8 +100,6 @@ private:
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
-    /// What a stop tells it after that; nothing where that is enough.
-    wire::Requests plan_relief(actuator::Driver& driver, bool unseen) const;
     /// Whether to be told to hold takes no torque from what blocks it.
     bool presses() const;
     std::expected<void, Error> check_duty(const Command& command) const;
@@ -127,7 +125,6 @@ private:
     std::unique_ptr<actuator::Driver> driver_;
     /// Plans what stops the joint, beforehand: a driver believes that what it planned was sent.
     std::unique_ptr<actuator::Driver> stopper_;
-    std::unique_ptr<actuator::Driver> reliever_; ///< and one that believes that it let go
     actuator::Capabilities can_;
     Supervisor guard_;
     Stillness stillness_;
@@ -153,8 +150,10 @@ private:
     TimePoint planned_at_{}; ///< when
     bool fresh_ = false;     ///< the command was not sent yet, or its sending failed
     int repetitions_ = 0;    ///< still to be sent, where nobody acknowledges
-    int reliefs_ = 0;        ///< so often it is still to be told to hold with loops that start anew
-    bool relieved_ = false;  ///< by what went out last
+    // To hold with loops that start anew (`pressing.hpp`).
+    bool must_relieve_ = false;
+    bool relieved_ = false; ///< by what this cycle sent
+    int retries_ = 0;       ///< so often it is still told that once more where a frame of it was not acknowledged
 
     State raw_{}, state_{};
     TimePoint answered_at_{};

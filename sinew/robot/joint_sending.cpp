@@ -87,6 +87,7 @@ void Joint::went_out(const Command& own, TimePoint at)
 
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
+    relieved_ = false;
     if (!may_send())
         return plan_look(resolution_rad);
     const Command command = next(at);
@@ -94,7 +95,7 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     const bool sends = must_send(own, at);
     const bool is_position = command.mode == Mode::position;
     const auto& here = command.mode == Mode::hold ? held_ : raw_;
-    const bool relieves = sends && reliefs_ > 0;
+    const bool relieves = sends && must_relieve_ && command.mode == Mode::hold;
     auto requests = relieves ? plan_hold_anew(*driver_, here, true)
                     : sends  ? driver_->plan_cycle(own, here)
                              : driver_->plan_read(Depth::motion, resolution_rad);
@@ -102,7 +103,7 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         return requests;
     if (sends) {
         relieved_ = relieves;
-        reliefs_ = std::max(0, reliefs_ - 1);
+        must_relieve_ = false;
         if (!fresh_)
             repetitions_ = std::max(0, repetitions_ - 1);
         fresh_ = false;
@@ -148,14 +149,7 @@ std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver
 
 bool Joint::presses() const
 {
-    return !holds_a_position_ && robot::presses(planned_, raw_, now());
-}
-
-wire::Requests Joint::plan_relief(actuator::Driver& driver, bool unseen) const
-{
-    if (stopping(unseen) != Mode::hold || !presses())
-        return {};
-    return plan_hold_anew(driver, raw_).value_or(wire::Requests{});
+    return robot::presses(device(), planned_, raw_, now());
 }
 
 } // namespace sinew::robot

@@ -208,15 +208,6 @@ void Line::collect_stop(std::vector<wire::Request>& into, bool unseen) const
                 into.push_back(request);
 }
 
-/// Whoever asks who obeyed relieves them himself; a guardian has nobody to ask. Behind the others, for it may have no
-/// room for all of it.
-void Line::add_reliefs(std::vector<wire::Request>& to, bool unseen) const
-{
-    for (Joint* joint : joints_)
-        for (const auto& request : joint->plan_relief(*joint->reliever_, unseen).all())
-            to.push_back(request);
-}
-
 void Line::prepare_stop()
 {
     if (busy_)
@@ -224,8 +215,6 @@ void Line::prepare_stop()
     collect_stop(stop_requests_, is_lost());
     collect_stop(unseen_stop_requests_, true);
     bus_->set_stop(stop_requests_);
-    add_reliefs(stop_requests_, is_lost());
-    add_reliefs(unseen_stop_requests_, true);
 }
 
 void Line::start()

@@ -68,7 +68,6 @@ private:
     friend class LoadOfLine; // load.cpp
 
     void collect_stop(std::vector<wire::Request>& into, bool unseen) const;
-    void add_reliefs(std::vector<wire::Request>& to, bool unseen) const;
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
     bool obey(Joint& joint, const Finding& finding, TimePoint now);

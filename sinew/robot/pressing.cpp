@@ -2,31 +2,41 @@
 
 #include "sinew/base/units.hpp"
 #include "sinew/robot/drive.hpp"
+#include "sinew/robot/stillness.hpp"
 
 #include <cmath>
 
 namespace sinew::robot {
 namespace {
 
-constexpr double standing_rad_s = 0.02; ///< an RMD tells whole degrees per second
+constexpr double standing_rad_s = 0.02; ///< an RMD tells whole degrees per second: one of them is no motion yet
 constexpr double there_rad = units::rad(0.1);
-/// A velocity that is so much older than the position may be another one by now.
-constexpr Duration old = std::chrono::milliseconds{30};
 /// Of a bus that is read ten times a second there is one from before a look.
 constexpr Duration long_ago = std::chrono::milliseconds{250};
 
-} // namespace
+bool can_be_relieved(const DeviceSpec& device)
+{
+    return std::holds_alternative<rmd::Spec>(device);
+}
 
+/// Not where that is not known, or was too long ago.
 bool stands(const actuator::State& state, TimePoint now)
 {
     const auto& velocity = state.velocity_rad_s;
     return velocity && std::abs(*velocity) < standing_rad_s && now - velocity.at() <= long_ago &&
-           (!state.position_rad || state.position_rad.at() - velocity.at() <= old);
+           (!state.position_rad || state.position_rad.at() - velocity.at() <= old_velocity);
 }
 
-bool presses(const actuator::Command& told, const actuator::State& state, TimePoint now)
+} // namespace
+
+bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now)
 {
-    if (!stands(state, now))
+    return can_be_relieved(device) && stands(state, now);
+}
+
+bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now)
+{
+    if (!may_press(device, state, now))
         return false;
     if (told.mode == actuator::Mode::position)
         return state.position_rad && std::abs(*told.position_rad - *state.position_rad) > there_rad;

@@ -1,17 +1,21 @@
 #pragma once
 #include "sinew/actuator/driver.hpp"
+#include "sinew/family/families.hpp"
 
 /// A motor with a loop of its speed that is blocked has gathered all the torque that it may. Told to hold, it is where
 /// it should be and as fast as it should be, so nothing takes that away: what it pinches stays pinched. This is the one
-/// place that says who is taken for that, and what is done about it; for devices that hold without being told where.
-/// In the units of the actuator.
+/// place that says who is taken for that, and what is done about it. In the units of the actuator.
+///
+/// Only an RMD is let go: it acknowledges every frame of that, so whoever tells it sees that it holds again. Nobody
+/// would see it of a Nuri, whose switch is kept in flash besides, and a SAM holds by the error of its position alone. A
+/// guardian does not do it, for it has nobody to ask.
 namespace sinew::robot {
 
-/// Whether it stood still when it was measured last; not where that is not known, or was too long ago.
-bool stands(const actuator::State& state, TimePoint now);
-
 /// Whether one that was told this presses on something: it stands, and not where it was sent, or is to turn.
-bool presses(const actuator::Command& told, const actuator::State& state, TimePoint now);
+bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now);
+
+/// For those who do not know what it was told: whatever stands may.
+bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
 
 /// What makes it hold with loops that start anew: it is let go, and told to hold in the next frame. A load comes down
 /// by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and says where

@@ -7,6 +7,9 @@ namespace sinew::robot {
 /// Slower than this a joint is at rest; faster, it is on its way or creeps.
 inline constexpr double rest_rad_s = units::rad(1.0);
 
+/// A velocity that is so much older than a position may be another one by now.
+inline constexpr Duration old_velocity = std::chrono::milliseconds{30};
+
 /// So long whoever was told to hold is looked at until it stands still.
 inline constexpr Duration longest_rest = std::chrono::seconds{2};
 

@@ -1,5 +1,6 @@
 #include "sinew/robot/core.hpp"
 #include "sinew/robot/guardian.hpp"
+#include "sinew/robot/pressing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -57,11 +58,9 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
             const bool tells = command || is_new;
-            if (tells) {
+            if (tells)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
-                line->add(*joint, joint->plan_relief(*joint->driver_, line->is_lost()).all());
-            }
             const bool may_be_gone = look == 0 || joint->missing_since_;
             if (!(may_be_gone && tells && joint->acknowledges_))
                 (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
@@ -106,12 +105,57 @@ void Core::verify(std::vector<Stopped>& outcomes)
     }
 }
 
+/// Of joints that hold and press on something: each lets go of it. Who does not acknowledge every frame of that is told
+/// again, and is not said to hold.
+void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes)
+{
+    const auto outcome_of = [&](const Joint* joint) -> Stopped& {
+        return outcomes[static_cast<std::size_t>(joint - joints.data())];
+    };
+    std::erase_if(pressing, [&](const Joint* joint) {
+        return outcome_of(joint).outcome != Stopped::Outcome::confirmed || outcome_of(joint).did != Mode::hold;
+    });
+    if (pressing.empty())
+        return;
+    std::vector<Joint*> left = pressing;
+    for (int time = 0; time < most_repetitions && !left.empty(); ++time) {
+        std::vector<std::uint64_t> failures;
+        for (const Joint* joint : left)
+            failures.push_back(joint->failures_);
+        for (auto& line : lines) {
+            line->clear();
+            for (Joint* joint : line->joints())
+                if (std::ranges::find(left, joint) != left.end())
+                    if (const auto plan = plan_hold_anew(*joint->driver_, joint->raw_))
+                        line->add(*joint, plan->all());
+        }
+        exchange_lines();
+        std::vector<Joint*> again;
+        for (std::size_t i = 0; i < left.size(); ++i)
+            if (left[i]->failures_ != failures[i])
+                again.push_back(left[i]);
+        left = std::move(again);
+    }
+    for (Joint* joint : pressing) {
+        outcome_of(joint).outcome = Stopped::Outcome::sent;
+        joint->stillness_.begin();
+    }
+    verify(outcomes);
+    for (const Joint* joint : left) {
+        outcome_of(joint).outcome = Stopped::Outcome::failed;
+        outcome_of(joint).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
+    }
+}
+
 std::vector<Stopped> Core::stop(const std::string& why)
 {
     const bool was_enabled = enabled;
     enabled = false;
     std::vector<Stopped> outcomes;
+    std::vector<Joint*> pressing;
     for (Joint& joint : joints) {
+        if (joint.presses())
+            pressing.push_back(&joint);
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
@@ -125,6 +169,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
         guardian_->stop_begun();
     stop_asked_.store(false);
     verify(outcomes);
+    relieve(std::move(pressing), outcomes);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)
         joint.command_ = joint.planned_ = {.mode = joint.policy()};

@@ -16,8 +16,6 @@ using actuator::Mode;
 using actuator::State;
 using units::deg;
 
-/// A velocity that was measured longer ago than this is worth less than what two positions say.
-constexpr Duration old = std::chrono::milliseconds{30};
 /// How fast what is remembered of a velocity fades: by half in so long.
 constexpr double fading_s = 0.1;
 
@@ -42,7 +40,7 @@ void Supervisor::observe(const State& state)
         return;
     const TimePoint at = state.position_rad.at();
     const double gap = seen_ ? seconds(at - seen_.at()) : 0.0;
-    if (state.velocity_rad_s && std::chrono::abs(at - state.velocity_rad_s.at()) <= old)
+    if (state.velocity_rad_s && std::chrono::abs(at - state.velocity_rad_s.at()) <= old_velocity)
         velocity_rad_s_ = *state.velocity_rad_s;
     else if (gap > 0.0)
         velocity_rad_s_ = (*state.position_rad - *seen_) / gap;

@@ -1,7 +1,7 @@
 #include "sinew/robot/play.hpp"
 
 #include "sinew/robot/pose.hpp"
-#include "tests/robot/rig.hpp"
+#include "tests/robot/lossy_can.hpp"
 
 #include <algorithm>
 #include <array>
@@ -21,24 +21,19 @@ enum class By {
     program,    ///< which has seen enough
     stop,       ///< the policy
     no_command, ///< `command_timeout_s`
-    guardian,   ///< the frames that were made ready
 };
-constexpr std::array<std::pair<By, std::string_view>, 5> ways{{{By::play, "a play"},
-                                                               {By::program, "the program"},
-                                                               {By::stop, "a stop"},
-                                                               {By::no_command, "want of commands"},
-                                                               {By::guardian, "the guardian"}}};
+constexpr std::array<std::pair<By, std::string_view>, 4> ways{
+    {{By::play, "a play"}, {By::program, "the program"}, {By::stop, "a stop"}, {By::no_command, "want of commands"}}};
 
 struct Motor {
     std::string_view text;
     double stall_a = 0.0;    ///< what it takes at most
     double gravity_nm = 0.0; ///< of a load that takes 4 tenths of that
 };
-constexpr std::array<Motor, 4> motors{{
+constexpr std::array<Motor, 3> motors{{
     {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n", 7.8, 5.0},
     {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"lk-2.35\"\n", 7.8, 5.0},
     {"family = \"rmd\"\n[joint.joint]\nmodel = \"MG\"\nprofile = \"myactuator-3\"\n", 7.8, 5.0},
-    {"family = \"nuri\"\nbit_rate = 115200\n[joint.joint]\n", 0.99, 1.0},
 }};
 
 struct Held {
@@ -73,11 +68,6 @@ Held hold_against(const Motor& motor, double gravity_nm, By way)
     }
     if (way == By::stop) {
         EXPECT_EQ(rig.robot->stop().front().outcome, Stopped::Outcome::confirmed);
-    }
-    if (way == By::guardian) {
-        const auto frames = rig.robot->stop_requests(0);
-        std::vector<bus::Result> results(frames.size());
-        EXPECT_TRUE(rig.robot->buses()[0]->exchange(frames, results));
     }
     const bool is_driven = way == By::play || way == By::program || way == By::no_command;
     const TimePoint told = rig.now();
@@ -115,6 +105,71 @@ TEST(Pressing, AnArmThatPressedOnWhatBlockedItIsHeldUpWithNoMoreThanItsLoadTakes
             EXPECT_LT(held.strongest_a, 0.5 * motor.stall_a) << word << motor.text;
             EXPECT_LT(held.fell_deg, 0.5) << word << motor.text;
         }
+}
+
+constexpr std::uint8_t shutdown = 0x80, speed_closed_loop = 0xA2;
+
+/// A knee that something at 30 deg blocks, and a load that would take it back.
+const std::string blocked_knee =
+    "version = 1\n[safety]\npolicy = \"hold\"\nsilence_max_s = 0.5\n[bus.r]\nfamily = \"rmd\"\n"
+    "[joint.knee]\nbus = \"r\"\nid = 1\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n"
+    "velocity_max_deg_s = 60\n[joint.knee.plant]\nstop_max_deg = 30\ngravity_torque_nm = 5\n"
+    "gravity_zero_deg = -60\n";
+
+/// The holds behind the first so many times that it was let go.
+std::function<bool(const wire::Frame&)> holds_behind(int times, int& let_go)
+{
+    return [times, &let_go](const wire::Frame& frame) {
+        let_go += frame.data[0] == shutdown ? 1 : 0;
+        return frame.data[0] == speed_closed_loop && let_go > 0 && let_go <= times;
+    };
+}
+
+double fell_deg(LossyRobot& one)
+{
+    double lowest = 30.0;
+    for (int i = 0; i < 200; ++i) {
+        one.simulator->clock().wait({}, one.simulator->clock().now() + 5ms);
+        lowest = std::min(lowest, units::deg(one.simulator->world().look("knee")->position_rad));
+    }
+    return 30.0 - lowest;
+}
+
+TEST(Pressing, AStopOfWhichTheHoldBehindTheLettingGoIsLostHoldsAllTheSame)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0;
+    one.losses.of_sent = holds_behind(1, let_go);
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_EQ(let_go, 2);
+    EXPECT_GT(std::abs(one.simulator->world().look("knee")->current_a), 1.0) << "it is limp";
+    EXPECT_LT(fell_deg(one), 1.0);
+}
+
+TEST(Pressing, AStopOfWhichEveryHoldBehindTheLettingGoIsLostIsNotSaidToHold)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0;
+    one.losses.of_sent = holds_behind(1000, let_go);
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::failed);
+    EXPECT_LE(let_go, 3);
+}
+
+TEST(Pressing, AJointWhoseAnswersAreLostIsLetGoAFewTimesAndNotInEveryCycle)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        let_go += frame.data[0] == shutdown ? 1 : 0;
+        return false;
+    };
+    one.losses.of_heard = [](const wire::Frame&) { return true; };
+    (void)one.run({.mode = Mode::hold}, 400ms);
+    EXPECT_GE(let_go, 1);
+    EXPECT_LE(let_go, 3);
 }
 
 } // namespace
