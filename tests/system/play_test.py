@@ -192,11 +192,17 @@ class Play(Files):
         done = sinew("play", "flat", "--in", "0.8s", "--robot", self.arm, "--sim")
         self.assertIn("longer than planned; a joint was held up, or", done.stderr)
 
-    def test_a_joint_that_comes_free_and_is_stopped_for_its_speed_ends_as_one_at_a_limit(self):
-        stuck = '[[sim.fault]]\nkind = "stuck-gear"\njoint = "elbow"\nat_s = 0.6\nfor_s = 0.5\n'
-        self.arm = self.write(ARM.replace("velocity_max_deg_s = 90", "velocity_max_deg_s = 30") + stuck)
+    def test_a_joint_that_is_turned_too_fast_ends_as_one_at_a_limit(self):
+        pushed = '[[sim.fault]]\nkind = "push"\njoint = "elbow"\nat_s = 0.6\nfor_s = 0.5\ntorque_nm = 40\n'
+        self.arm = self.write(ARM.replace("velocity_max_deg_s = 90", "velocity_max_deg_s = 30") + pushed)
         done = sinew("play", "never", "--robot", self.arm, "--sim", code=14)
         self.assertRegex(done.stderr, r"^sinew: elbow: .*it turns at -?[\d.]+ deg/s, 30.0 deg/s are allowed\n$")
+
+    def test_a_joint_that_comes_free_goes_on(self):
+        stuck = '[[sim.fault]]\nkind = "stuck-gear"\njoint = "elbow"\nat_s = 0.3\nfor_s = 0.5\n'
+        self.arm = self.write(ARM.replace("velocity_max_deg_s = 90", "velocity_max_deg_s = 30") + stuck)
+        done = sinew("play", "flat", "--robot", self.arm, "--sim")
+        self.assertNotIn("deg/s are allowed", done.stderr)
 
     def test_over_ports_it_asks_and_ctrl_c_slows_down(self):
         sim = Simulator(self.arm, buses=1)
