@@ -30,13 +30,16 @@ bool is_trouble(const link::Setting& setting)
 
 void ask_flags(bus::Bus& bus)
 {
-    if (auto* adapter = slcan_of(bus); adapter == nullptr || !adapter->ask_flags())
+    auto* asked = slcan_of(bus);
+    if (asked == nullptr)
         return;
+    const auto before = asked->flags_told(); // an answer may be due already
+    (void)asked->ask_flags();
     const TimePoint until = bus.clock().now() + link::slcan_answer_limit;
     for (;;) {
         bus.tend(); // may lose the link, and the adapter with it
         const auto* adapter = slcan_of(bus);
-        if (adapter == nullptr || !adapter->flags_are_due() || bus.clock().now() >= until)
+        if (adapter == nullptr || adapter->flags_told() != before || bus.clock().now() >= until)
             return;
         bus.clock().wait(bus.handles(), until);
     }

@@ -100,10 +100,6 @@ public:
 
     void show(const robot::SequencePlayer& player)
     {
-        const TimePoint now = robot_.clock().now();
-        if (now - looked_at_ > longest_turn)
-            stood_still_ = {now - looked_at_, now};
-        looked_at_ = now;
         delayed_ = player.delayed();
         const Step* step = player.step();
         if (step == nullptr || player.steps_begun() == shown_)
@@ -143,17 +139,6 @@ public:
     }
     bool stop_asked_twice() const { return asked_twice_; }
 
-    /// What a person is told of an error. A joint whose program did not ask it has not fallen silent.
-    Error explained(Error why) const
-    {
-        why.id = -1; // its sentence has the name of the joint
-        const bool lately = robot_.clock().now() - stood_still_.until < long_ago;
-        if (why.code == Errc::timeout && stood_still_.time > Duration{} && lately)
-            why.detail = fmt::format("{}; but this program itself stood still for {:.2f} s before", to_sentence(why),
-                                     seconds(stood_still_.time));
-        return why;
-    }
-
     void show_end(std::string_view status)
     {
         if (!words_.json()) {
@@ -167,19 +152,11 @@ public:
     }
 
 private:
-    static constexpr Duration longest_turn = std::chrono::milliseconds(250); ///< it is asked a hundred times a second
-    static constexpr Duration long_ago = std::chrono::seconds(10); ///< a stop that is verified may take that long
-
     double time_s() const { return seconds(robot_.clock().now() - begin_); }
 
     const Words& words_;
     robot::Robot& robot_;
     TimePoint begin_;
-    TimePoint looked_at_ = begin_;
-    struct Gap {
-        Duration time{};
-        TimePoint until{};
-    } stood_still_{};
     std::uint64_t shown_ = 0;
     Duration delayed_{};
     bool asked_ = false, asked_twice_ = false;
@@ -238,8 +215,10 @@ Outcome run(const Words& words)
         if (auto turn = robot.cycle(); !turn)
             played = std::unexpected(std::move(turn.error()));
     std::optional<Error> why;
-    if (!played)
-        why = reporter.explained(played.error());
+    if (!played) {
+        why = played.error();
+        why->id = -1; // its sentence has the name of the joint
+    }
     const bool is_told = why && (*session)->has_told(*why);
     (*session)->tell_incidents(played ? nullptr : &played.error());
     if (played)

@@ -3,6 +3,7 @@
 #include "sinew/link/slcan_adapter.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -14,6 +15,7 @@ namespace sinew::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
 /// A line on which nobody is.
 class Silence final : public link::ByteLink
@@ -165,22 +167,31 @@ TEST_F(Port, WithNobodyBehindItSaysSoAndHasAskedAtEveryBitRate)
     EXPECT_NE(none->evidence.find("id 3 (waist)"), std::string::npos);
 }
 
-/// An SLCAN adapter on whose bus nobody is; a dead one says nothing at all.
+/// An SLCAN adapter on whose bus nobody is; a dead one says nothing at all, a late one refuses every frame, and
+/// whatever it says takes so long.
 class AloneOnItsBus final : public link::ByteLink
 {
 public:
-    explicit AloneOnItsBus(bool dead, std::uint8_t flags) : is_dead_(dead) { adapter_.note(flags); }
+    AloneOnItsBus(bool dead, std::uint8_t flags, Duration late, const link::Clock& clock)
+        : is_dead_(dead), late_(late), clock_(clock)
+    {
+        adapter_.note(flags);
+    }
     std::expected<std::size_t, Error> write(std::span<const std::uint8_t> bytes) override
     {
         if (!is_dead_)
-            adapter_.take(bytes, [](const wire::Frame&) { return true; });
+            adapter_.take(bytes, [&](const wire::Frame&) { return late_ == Duration{}; });
+        while (!adapter_.pending().empty()) {
+            said_.emplace_back(clock_.now() + late_, adapter_.pending().front());
+            adapter_.drop(1);
+        }
         return bytes.size();
     }
     std::expected<link::Arrival, Error> read(std::span<std::uint8_t> into) override
     {
-        const std::size_t count = std::min(into.size(), adapter_.pending().size());
-        std::copy_n(adapter_.pending().begin(), count, into.begin());
-        adapter_.drop(count);
+        std::size_t count = 0;
+        for (; count < into.size() && !said_.empty() && said_.front().first <= clock_.now(); said_.pop_front())
+            into[count++] = said_.front().second;
         return link::Arrival{.count = count};
     }
     int handle() const override { return -1; }
@@ -190,17 +201,21 @@ public:
 private:
     link::SlcanAdapter adapter_;
     bool is_dead_;
+    Duration late_;
+    const link::Clock& clock_;
+    std::deque<std::pair<TimePoint, std::uint8_t>> said_;
 };
 
 class SlcanPort : public Port
 {
 protected:
     /// "adapter-silent warning", of those that are not in order, and "counters ok".
-    std::vector<std::string> look_at_adapter(bool dead, std::uint8_t flags = 0)
+    std::vector<std::string> look_at_adapter(bool dead, std::uint8_t flags = 0, Duration late = {})
     {
         Hands clock;
         const Surroundings around{.open = [&](const std::string&) -> std::expected<Opened, Error> {
-            auto opened = link::SlcanLink::open(std::make_unique<AloneOnItsBus>(dead, flags), 1'000'000, clock);
+            auto opened =
+                link::SlcanLink::open(std::make_unique<AloneOnItsBus>(dead, flags, late, clock), 1'000'000, clock);
             if (!opened)
                 return std::unexpected(opened.error());
             return Opened{std::move(*opened), &clock};
@@ -230,6 +245,16 @@ TEST_F(SlcanPort, TellsTheErrorsThatTheAdapterKept)
     EXPECT_EQ(look_at_adapter(false, flag::overrun | flag::bus_error),
               (Names{"no-answer error", "bus-errors warning", "frames-lost warning"}));
     EXPECT_EQ(look_at_adapter(false, flag::arbitration_lost), (Names{"no-answer error", "counters ok"}));
+}
+
+/// The answer to a question that a refusal asked is due still, and refusals of frames are on their way.
+TEST_F(SlcanPort, WithAnAdapterThatAnswersLateTellsTheFramesThatItLostAllTheSame)
+{
+    namespace flag = link::slcan::flag;
+    for (const Duration late : {10ms, 100ms, 200ms, 430ms, 460ms}) // the walk takes 0.9 s; the first answer, twice this
+        EXPECT_EQ(
+            std::ranges::count(look_at_adapter(false, flag::overrun | flag::bus_error, late), "frames-lost warning"), 1)
+            << late.count();
 }
 
 TEST(CanInterface, IsNamedByWhatIsWrongWithIt)

@@ -146,6 +146,7 @@ std::optional<wire::Frame> SlcanLink::take_line(std::string_view text)
 {
     if (const auto flags = slcan::decode_flags(text)) {
         flags_ = *flags;
+        ++flags_told_;
         asked_flags_ = false;
         has_answered_ = knows_flags_ = true;
         counters_.overruns += (flags_ & (slcan::flag::overrun | slcan::flag::receive_queue_full)) != 0 ? 1 : 0;

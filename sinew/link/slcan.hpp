@@ -54,7 +54,7 @@ public:
     bool ask_flags();
     /// The latest answer (`slcan::flag`).
     std::uint8_t flags() const { return flags_; }
-    bool flags_are_due() const { return asked_flags_; }
+    std::uint64_t flags_told() const { return flags_told_; } ///< answers so far
     /// Whether the adapter has said anything at all of what the protocol has, at the opening or since. One that has not
     /// may be an adapter that never acknowledges, or none.
     bool has_answered() const { return has_answered_; }
@@ -79,6 +79,7 @@ private:
     Counters counters_;
     std::uint64_t reported_ = 0; ///< of the refusals
     std::uint8_t flags_ = 0;
+    std::uint64_t flags_told_ = 0;
     bool wants_flags_ = false; ///< of the adapter, for it refused something
     bool asked_flags_ = false; ///< and the answer is due
     bool knows_flags_ = true;

@@ -104,7 +104,7 @@ std::expected<std::unique_ptr<Core>, Error> Core::make(config::RobotFile file, c
         if (!opened)
             return std::unexpected(std::move(opened.error()));
         auto& line = core->lines.emplace_back(
-            std::make_unique<Line>(std::move(*opened), period_of(bus), core->file.safety.whole_robot));
+            std::make_unique<Line>(std::move(*opened), period_of(bus), core->file.safety.whole_robot, core->pause));
         std::vector<Joint*> own;
         for (Joint& joint : core->joints)
             if (joint.bus() == bus.name) {
@@ -196,10 +196,12 @@ std::expected<void, Error> Core::cycle()
     if (!enabled)
         return read_only();
     const TimePoint now = clock->now();
+    pause.turn(now);
     for (auto& line : lines)
         if (auto finding = line->plan_cycle(now); finding.measure != Measure::none)
             return stop_for(std::move(finding.why));
     exchange_lines();
+    pause.rest_until(clock->now());
     for (auto& line : lines)
         if (line->is_lost())
             return look_at(*line);
@@ -214,10 +216,12 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
     ask_for_real_time();
     TimePoint next = clock->now();
     leaving = false;
+    pause.leave();
     for (auto& line : lines)
         line->set_due(next);
     for (;;) {
         TimePoint now = clock->now();
+        pause.turn(now);
         if (!enabled)
             return fault ? std::expected<void, Error>(std::unexpected(*fault))
                          : fail(Errc::unsupported, "the robot is not enabled");
@@ -232,6 +236,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             if (!each())
                 break;
             now = clock->now();
+            pause.turn(now);
             if (!enabled)
                 continue;
         }
@@ -248,7 +253,9 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
                 line->start();
             }
             if (line->busy() && line->bus().work()) {
-                line->absorb(clock->now());
+                const TimePoint at = clock->now();
+                pause.turn(at);
+                line->absorb(at);
                 if (auto fine = look_at(*line); !fine)
                     return fine;
                 ended = true;
@@ -258,9 +265,12 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             for (const auto& handle : line->busy() ? all : all.last(1))
                 handles[count++] = handle;
         }
-        if (!ended)
+        if (!ended) {
+            pause.rest_until(wake);
             clock->wait(std::span(handles).first(count), wake);
+        }
     }
+    pause.leave();
     drive();
     for (auto& line : lines)
         if (line->busy()) {

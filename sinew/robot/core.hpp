@@ -35,6 +35,7 @@ public:
     bool enabled = false;
     bool leaving = false; ///< `run` ends with this turn
     std::optional<Error> fault;
+    Pause pause; ///< of the loop
 
 private:
     std::expected<std::unique_ptr<bus::Bus>, Error> open_bus(const config::Bus& bus, const link::Links& links,

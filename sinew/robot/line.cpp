@@ -1,5 +1,6 @@
 #include "sinew/robot/line.hpp"
 
+#include "sinew/base/seconds.hpp"
 #include "sinew/family/broadcast.hpp"
 #include "sinew/family/rmd/group.hpp"
 
@@ -67,13 +68,24 @@ bool Line::obey(Joint& joint, const Finding& finding, TimePoint now)
     return true;
 }
 
+/// A joint that its program did not ask has not fallen silent.
+Finding Line::judge(Joint& joint, TimePoint now) const
+{
+    auto finding =
+        joint.guard_.judge(joint.state_, joint.command_, joint.commanded_at_, joint.answered_at_, interval_, now);
+    if (finding.measure != Measure::none && finding.why.code == Errc::timeout)
+        if (const auto paused = pause_.within(joint.answered_at_, now); paused > Duration{})
+            finding.why.detail +=
+                fmt::format(" But this program itself stood still for {:.2f} s before", seconds(paused));
+    return finding;
+}
+
 Finding Line::judge(TimePoint now)
 {
     for (Joint* joint : joints_) {
         if (joint->closed_ != nullptr)
             continue;
-        auto finding = joint->guard_.judge(joint->state_, joint->command_, joint->commanded_at_, joint->answered_at_,
-                                           interval_, now);
+        auto finding = judge(*joint, now);
         if (!obey(*joint, finding, now))
             return finding;
     }

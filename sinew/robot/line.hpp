@@ -1,6 +1,7 @@
 #pragma once
 #include "sinew/bus/bus.hpp"
 #include "sinew/robot/joint.hpp"
+#include "sinew/robot/pause.hpp"
 
 #include <array>
 #include <memory>
@@ -14,9 +15,9 @@ namespace sinew::robot {
 class Line
 {
 public:
-    /// `whole`: a fault of one joint stops the robot; else that joint alone.
-    Line(std::unique_ptr<bus::Bus> bus, Duration period, bool whole)
-        : bus_(std::move(bus)), period_(period), whole_(whole)
+    /// `whole`: a fault of one joint stops the robot; else that joint alone. `pause` is that of the loop.
+    Line(std::unique_ptr<bus::Bus> bus, Duration period, bool whole, const Pause& pause)
+        : bus_(std::move(bus)), period_(period), whole_(whole), pause_(pause)
     {
     }
 
@@ -70,12 +71,14 @@ private:
     void collect_stop(std::vector<wire::Request>& into, bool unseen) const;
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
+    Finding judge(Joint& joint, TimePoint now) const;
     bool obey(Joint& joint, const Finding& finding, TimePoint now);
     void look_after(Joint& joint, TimePoint now);
 
     std::unique_ptr<bus::Bus> bus_;
     Duration period_{};
     bool whole_ = true;
+    const Pause& pause_;
     TimePoint due_{};
     TimePoint begun_at_{};
     Duration interval_{};

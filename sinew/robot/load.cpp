@@ -180,7 +180,8 @@ std::expected<Load, Error> load_of(const config::RobotFile& file, std::string_vi
     for (const auto& joint : resolved->joints)
         if (joint.bus->name == bus)
             own.push_back(&joints.emplace_back(joint, file, clock, incidents));
-    Line of_bus(nullptr, {}, true);
+    const Pause none;
+    Line of_bus(nullptr, {}, true, none);
     of_bus.set_joints(std::move(own));
     return LoadOfLine(of_bus, line).load();
 }

@@ -1,5 +1,7 @@
 #include "tests/robot/rig.hpp"
 
+#include <utility>
+
 /// What a joint is told that does not answer any more.
 namespace sinew::robot::test {
 namespace {
@@ -170,6 +172,40 @@ TEST(Silent, ASilenceAfterALoopStoodStillOnceIsARestartAllTheSame)
     rig.inject(sim::FaultKind::unplug, "sam", 0.4);
     ASSERT_EQ(said(rig.run(2s)), "");
     EXPECT_EQ(rig.robot->incidents().size(), 1U);
+}
+
+/// What is said of joints that are silent from now on, in a loop that stands still once for `pause`.
+std::string blamed(Duration pause, bool own_loop)
+{
+    auto file = file_of(three);
+    file.safety.silence_max_s = 1.0;
+    Rig rig(file);
+    rig.enable();
+    EXPECT_EQ(said(rig.run(500ms)), "");
+    for (const auto* joint : {"sam", "nuri", "rmd"})
+        hush(rig, joint);
+    const auto stand_still = [&] { rig.simulator->clock().wait({}, rig.now() + std::exchange(pause, Duration{})); };
+    if (!own_loop)
+        return said(rig.robot->run(10ms, [&](Robot&) { stand_still(); }, rig.now() + 5s));
+    for (int i = 0; i < 200; ++i) {
+        if (auto turn = rig.robot->cycle(); !turn)
+            return said(turn);
+        stand_still();
+    }
+    return {};
+}
+
+TEST(Silent, AProgramThatStoodStillDoesNotBlameItsDevicesAlone)
+{
+    for (const bool own_loop : {false, true}) {
+        EXPECT_NE(blamed(1500ms, own_loop).find("But this program itself stood still for 1.5"), std::string::npos)
+            << own_loop;
+        EXPECT_NE(blamed(700ms, own_loop).find("But this program itself stood still for 0.7"), std::string::npos)
+            << own_loop;
+        EXPECT_NE(blamed({}, own_loop).find("it has not answered for 1."), std::string::npos) << own_loop;
+        for (const Duration pause : {Duration{}, Duration{300ms}})
+            EXPECT_EQ(blamed(pause, own_loop).find("stood still"), std::string::npos) << "most of it was the devices'";
+    }
 }
 
 } // namespace

@@ -128,7 +128,7 @@ class Killed(unittest.TestCase):
         program.wait(1.5)  # longer than silence_max_s, and shorter than the patience of its guardian
         program.process.send_signal(signal.SIGCONT)
         self.assertEqual(program.end(), 7, program.seen)
-        self.assertRegex(program.seen, r"but this program itself stood still for 1\.\d+ s before")
+        self.assertRegex(program.seen, r"But this program itself stood still for 1\.\d+ s before")
 
     def test_stop_ends_although_a_joint_was_unplugged_while_a_robot_plays(self):
         program = self.play("hold", "silence_max_s = 100\n")
