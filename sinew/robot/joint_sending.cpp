@@ -32,6 +32,8 @@ Command Joint::next(TimePoint at)
     } else if (command_.mode == Mode::position && command_.duration) {
         rest_of_move(out, at);
     }
+    if (out.mode == Mode::position)
+        out.position_rad = guard_.nearest_allowed_rad(*out.position_rad, state_);
     return out;
 }
 

@@ -155,17 +155,33 @@ std::expected<void, Error> Supervisor::check_sense(const Command& command, const
     return {};
 }
 
+/// Beyond a limit it may come back, a part of the way as well, but go no further than it was sent or, where it turns or
+/// is free, than it is.
+Supervisor::Reach Supervisor::allowed(const State& state) const
+{
+    Reach out{rules_.limits.position_low_rad, rules_.limits.position_high_rad};
+    const std::optional<double> place = is_commanded_ ? reference_rad_ : state.position_rad.optional();
+    if (place && out.low_rad)
+        out.low_rad = std::min(*out.low_rad, *place);
+    if (place && out.high_rad)
+        out.high_rad = std::max(*out.high_rad, *place);
+    return out;
+}
+
+double Supervisor::nearest_allowed_rad(double position_rad, const State& state) const
+{
+    const Reach reach = allowed(state);
+    const double low = reach.low_rad ? std::max(*reach.low_rad, position_rad) : position_rad;
+    return reach.high_rad ? std::min(*reach.high_rad, low) : low;
+}
+
 std::expected<Command, Error> Supervisor::admit(const Command& command, const State& state, TimePoint now) const
 {
     actuator::Limits limits = rules_.limits;
     limits.step_max_rad.reset(); // `check_step` counts from what was sent
-    // Beyond a limit it may come back, a part of the way as well, but go no further than it was sent or, where it turns
-    // or is free, than it is.
-    const std::optional<double> place = is_commanded_ ? reference_rad_ : state.position_rad.optional();
-    if (place && limits.position_low_rad)
-        limits.position_low_rad = std::min(*limits.position_low_rad, *place);
-    if (place && limits.position_high_rad)
-        limits.position_high_rad = std::max(*limits.position_high_rad, *place);
+    const Reach reach = allowed(state);
+    limits.position_low_rad = reach.low_rad;
+    limits.position_high_rad = reach.high_rad;
     State from = state;
     if (reference_rad_)
         from.position_rad = {*reference_rad_, now};

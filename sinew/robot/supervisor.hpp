@@ -65,6 +65,9 @@ public:
     /// none that leads further out. `out_of_range` and `unsupported` with the limit and the value.
     std::expected<actuator::Command, Error> admit(const actuator::Command& command, const actuator::State& state,
                                                   TimePoint now) const;
+    /// The position nearest to this one that leads no further beyond a limit, seen from this state. What was admitted
+    /// goes out later, and by then a joint that was on its way back is further in.
+    double nearest_allowed_rad(double position_rad, const actuator::State& state) const;
     /// The position nearest to this one that may be reached at once now, as far as steps and the lead go: for streams,
     /// which a late loop must not end.
     double nearest_step_rad(double position_rad, TimePoint now) const;
@@ -122,6 +125,7 @@ private:
                         TimePoint now) const;
     Finding judge_lead(const actuator::Command& running);
     void see_whether_it_comes();
+    Reach allowed(const actuator::State& state) const;
     void see_where_it_stands();
     bool lasts(std::optional<TimePoint>& since, bool too_much, TimePoint at);
 

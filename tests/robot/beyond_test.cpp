@@ -38,6 +38,47 @@ start_rad = 2.6
     EXPECT_TRUE(knee.set({.mode = Mode::position, .position_rad = rests_at - units::rad(0.2)}));
 }
 
+/// Told while an exchange is under way, which measures it anew before that goes out.
+TEST(Beyond, AJointOnItsWayBackIsNotSentOutAgainToWhereItWasWhenItWasTold)
+{
+    Rig rig(file_of(R"(
+version = 1
+[bus.r]
+family = "rmd"
+rate_hz = 100
+[joint.knee]
+bus = "r"
+id = 1
+model = "MG"
+profile = "rmd-2.35"
+position_max_deg = 100
+velocity_max_deg_s = 180
+[joint.knee.sim]
+start_rad = 2.6
+)"));
+    rig.enable();
+    Watch watch(rig);
+    Joint& knee = *rig.robot->find("knee");
+    ASSERT_EQ(said(knee.set({.mode = Mode::velocity, .velocity_rad_s = units::rad(-40)})), "");
+    ASSERT_EQ(said(rig.run(50ms)), "");
+    double told_rad = 0.0;
+    watch.runs_itself();
+    ASSERT_EQ(said(rig.robot->run(
+                  100us,
+                  [&](Robot&) {
+                      if (knee.command().mode == Mode::velocity &&
+                          rig.now() - knee.state().position_rad.at() > 9700us) {
+                          told_rad = *knee.state().position_rad;
+                          ASSERT_EQ(said(knee.set({.mode = Mode::position, .position_rad = told_rad})), "");
+                      }
+                  },
+                  rig.now() + 500ms)),
+              "");
+    ASSERT_GT(units::deg(told_rad), 110.0);
+    EXPECT_LT(units::deg(*knee.state().position_rad), units::deg(told_rad) - 0.3);
+    EXPECT_TRUE(watch.complaints().empty()) << watch.complaints()[0];
+}
+
 TEST(Beyond, AServoThatWasHeatedJustBeforeItsLimitDoesNotCoastFarBeyondIt)
 {
     Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[safety]\npolicy = \"hold\"\n[joint.wrist]\nbus = \"s\"\n"
