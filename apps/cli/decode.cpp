@@ -1,11 +1,11 @@
 #include "apps/cli/decoder.hpp"
 #include "apps/cli/exit_codes.hpp"
 #include "sinew/base/bytes.hpp"
+#include "sinew/config/text_file.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 
@@ -14,14 +14,13 @@ namespace {
 
 std::expected<std::string, Error> read_file(const std::string& path)
 {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(std::istreambuf_iterator<char>(file), {});
-    if (!file)
-        return fail(Errc::bad_file, fmt::format("{} cannot be read", path));
-    if (text.contains('\0'))
+    auto text = config::read_text(path, "bytes in hex");
+    if (!text)
+        return text;
+    if (text->contains('\0'))
         return fail(Errc::bad_file,
                     fmt::format("{} is no text; sinew sniff --replay reads recordings (.mcap, .pcapng)", path));
-    if (lines_of(text).empty())
+    if (lines_of(*text).empty())
         return fail(Errc::bad_file, fmt::format("{} has no bytes in hex", path));
     return text;
 }

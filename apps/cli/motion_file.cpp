@@ -2,12 +2,11 @@
 
 #include "apps/cli/joint.hpp"
 #include "sinew/base/bytes.hpp"
+#include "sinew/config/text_file.hpp"
 #include "sinew/family/sam/messages.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 
@@ -17,14 +16,10 @@ std::expected<sam::Program, Error> read_motion(const std::string& path)
 {
     if (path == "-")
         return sam::assemble(std::string{std::istreambuf_iterator<char>{std::cin}, {}}, "stdin");
-    std::error_code unknown;
-    if (!std::filesystem::is_regular_file(path, unknown))
-        return fail(Errc::bad_file, fmt::format("{}: there is no such file", path));
-    std::ifstream stream(path, std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    if (stream.bad())
-        return fail(Errc::bad_file, fmt::format("{}: it cannot be read", path));
-    return sam::assemble(text, path);
+    const auto text = config::read_text(path, "a program of motions");
+    if (!text)
+        return std::unexpected(text.error());
+    return sam::assemble(*text, path);
 }
 
 std::expected<std::vector<wire::Pair>, Error> motion_from_hex(std::span<const std::string> words)

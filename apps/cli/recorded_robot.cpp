@@ -1,5 +1,6 @@
 #include "apps/cli/recorded_robot.hpp"
 
+#include "sinew/config/text_file.hpp"
 #include "sinew/record/mcap_reader.hpp"
 #include "sinew/record/topics.hpp"
 
@@ -7,7 +8,6 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
-#include <iterator>
 
 namespace sinew::cli {
 namespace {
@@ -54,11 +54,7 @@ std::expected<std::string, Error> robot_text_at(const std::string& path)
 {
     if (is_recording(path))
         return robot_text_in_recording(path);
-    std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>{file}, {}};
-    if (!file || file.bad())
-        return fail(Errc::bad_file, fmt::format("{} cannot be read", path));
-    return text;
+    return config::read_text(path, "a robot file or a recording");
 }
 
 std::expected<config::RobotFile, Error> robot_file_at(const std::string& path)

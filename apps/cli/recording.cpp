@@ -44,7 +44,7 @@ Outcome read_recording(const std::string& path, const std::function<bool(const R
     std::error_code none;
     std::ifstream file(path, std::ios::binary);
     if (!file || std::filesystem::is_directory(path, none))
-        return fail(Errc::bad_file, fmt::format("{} cannot be read", path));
+        return fail(Errc::bad_file, fmt::format("'{}' cannot be read", path));
     record::mcap::Reader reader;
     int code = exit_done;
     std::string told; // one damage may spoil several records

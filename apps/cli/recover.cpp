@@ -50,7 +50,7 @@ Outcome run(const Words& words)
     std::error_code none;
     std::ifstream in(from, std::ios::binary);
     if (!in || std::filesystem::is_directory(from, none))
-        return fail(Errc::bad_file, fmt::format("{} cannot be read", from));
+        return fail(Errc::bad_file, fmt::format("'{}' cannot be read", from));
     if (std::filesystem::equivalent(from, to, none))
         return fail(Errc::bad_argument, "a recording cannot be written over while it is read; give another --out");
     auto out = NewFile::make(to);

@@ -6,9 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
 namespace sinew::config {
 namespace {
@@ -43,22 +40,6 @@ Mark mark_of(const toml::source_region& region)
 std::unexpected<Error> fail_at(std::string_view path, Mark at, std::string what)
 {
     return sinew::fail(Errc::bad_file, fmt::format("{}:{}:{}: {}", path, at.line, at.column, what));
-}
-
-std::expected<std::string, Error> read_text(const std::filesystem::path& path, std::string_view what)
-{
-    const std::string name = path.string();
-    std::error_code code;
-    const auto status = std::filesystem::status(path, code);
-    if (!std::filesystem::exists(status))
-        return sinew::fail(Errc::bad_file, fmt::format("{}: there is no such file.", name));
-    if (std::filesystem::is_directory(status))
-        return sinew::fail(Errc::bad_file, fmt::format("{}: this is a folder, not {}.", name, what));
-    std::ifstream stream{path, std::ios::binary};
-    std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    if (!stream || stream.bad())
-        return sinew::fail(Errc::bad_file, fmt::format("{}: it cannot be read; is reading permitted?", name));
-    return text;
 }
 
 std::expected<toml::table, Error> parse_document(std::string_view text, const std::string& path)

@@ -1,5 +1,6 @@
 #pragma once
 #include "sinew/config/robot_file.hpp"
+#include "sinew/config/text_file.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -22,8 +23,6 @@ Mark mark_of(const toml::source_region& region);
 /// A `bad_file` error at a place of the file with this path.
 std::unexpected<Error> fail_at(std::string_view path, Mark at, std::string what);
 
-/// The whole file, which is `what`: "a robot file". `bad_file` when it is not there or cannot be read.
-std::expected<std::string, Error> read_text(const std::filesystem::path& path, std::string_view what);
 /// `bad_file` with the place where it is no TOML.
 std::expected<toml::table, Error> parse_document(std::string_view text, const std::string& path);
 

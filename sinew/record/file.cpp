@@ -29,7 +29,8 @@ std::expected<FileReader, Error> FileReader::open(const std::string& path)
         return fail(Errc::bad_file, fmt::format("{} is a folder and no recording", path));
     auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
     if (!*file)
-        return fail(Errc::bad_file, fmt::format("{} cannot be read: {}", path, std::strerror(errno)));
+        return fail(Errc::bad_file,
+                    fmt::format("{} cannot be read: {}", path.empty() ? "''" : path, std::strerror(errno)));
     return FileReader(path, std::move(file));
 }
 

@@ -9,7 +9,6 @@
 namespace sinew::wire {
 namespace {
 
-using fake::Number;
 using fake::Vector;
 
 TEST(Values, EncodesEveryMessageAsItIsWrittenDown)

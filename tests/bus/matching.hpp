@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <utility>
 
 /// A bus of each family on a wire on which things go wrong, and what became of each result. SINEW_EXCHANGES says how
 /// many are asked.
@@ -241,7 +242,7 @@ inline std::vector<wire::Request> sam_choice(Duration response)
 inline Tally run_sam(std::uint64_t count, TracedFaults faults, bus::Settings with = settings)
 {
     WireClock clock;
-    TracedWire wire(clock, sam::protocol(), sam_line, 1'500'000, 50us, with, faults,
+    TracedWire wire(clock, sam::protocol(), sam_line, 1'500'000, 50us, with, std::move(faults),
                     [](const wire::MessageInfo& message, int id, std::uint32_t number) {
                         if (&message == &wire::info_of<sam::Ping>)
                             return std::optional(
@@ -287,7 +288,7 @@ inline std::vector<wire::Request> nuri_choice()
 inline Tally run_nuri(std::uint64_t count, TracedFaults faults)
 {
     WireClock clock;
-    TracedWire wire(clock, nuri::protocol(), nuri_line, 1'000'000, 100us, settings, faults, nuri_answer);
+    TracedWire wire(clock, nuri::protocol(), nuri_line, 1'000'000, 100us, settings, std::move(faults), nuri_answer);
     const auto choice = nuri_choice();
     return run_serial(clock, wire, choice, count, [](const auto& on, const auto& asked, const auto& result, Tally& t) {
         judge_framed(on, asked, result, nuri_number, t);

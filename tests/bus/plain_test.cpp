@@ -194,7 +194,7 @@ void compare_pieces(const wire::Protocol& protocol, std::span<const wire::Reques
                 const auto dice = engine();
                 return asked == choice.end() ? std::nullopt : spoil(reply(asked->frame, asked->id), dice, false);
             });
-            const auto outcomes = run(rig, long_way, choice, each, seed);
+            auto outcomes = run(rig, long_way, choice, each, seed);
             good += static_cast<int>(std::ranges::count(outcomes, true, &Outcome::good));
             return outcomes;
         };

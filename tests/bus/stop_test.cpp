@@ -90,8 +90,8 @@ struct Load {
     std::vector<wire::Request> stop{};
     std::vector<TimePoint> heard{}; // stop requests by the devices, in order
 
-    void add(int id, Duration response, std::function<bool(const wire::Frame&)> is_stop,
-             std::function<std::optional<wire::Frame>(const wire::Frame&)> answer)
+    void add(int id, Duration response, const std::function<bool(const wire::Frame&)>& is_stop,
+             const std::function<std::optional<wire::Frame>(const wire::Frame&)>& answer)
     {
         rig.add(id, [=, this](const wire::Frame& request, TimePoint at) -> std::optional<sim::Answer> {
             if (is_stop(request))

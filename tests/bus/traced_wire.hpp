@@ -4,6 +4,7 @@
 #include "tests/bus/rig.hpp"
 
 #include <deque>
+#include <utility>
 #include <vector>
 
 /// A serial wire, true to the byte time, that knows of every byte the host reads where it came from. So a test can say
@@ -49,7 +50,7 @@ public:
     TracedWire(WireClock& clock, const wire::Protocol& protocol, const wire::Profile& profile, std::uint32_t bit_rate,
                Duration response, bus::Settings settings, TracedFaults faults, Answer answer)
         : clock_(clock), protocol_(protocol), profile_(profile), bit_rate_(bit_rate), response_(response),
-          faults_(faults), answer_(std::move(answer))
+          faults_(std::move(faults)), answer_(std::move(answer))
     {
         clock.watch(*this);
         bus.emplace("traced", plug_in(), clock, protocol, settings);

@@ -424,7 +424,8 @@ TEST(Safety, AnExceptionThatLeavesTheScopeOfARobotStopsItAndANormalEndDoesNot)
             const auto robot = std::move(rig.robot);
             if (throws)
                 throw std::runtime_error("a bug of the program");
-        } catch (const std::runtime_error&) {
+        } catch (const std::runtime_error& bug) {
+            EXPECT_STREQ(bug.what(), "a bug of the program");
         }
         rig.simulator->clock().wait({}, rig.now() + 200ms);
         EXPECT_NEAR(speed(), throws ? 0.0 : 30.0, 1.0);
