@@ -33,8 +33,9 @@ void ask_flags(bus::Bus& bus)
     auto* asked = slcan_of(bus);
     if (asked == nullptr)
         return;
-    const auto before = asked->flags_told(); // an answer may be due already
-    (void)asked->ask_flags();
+    const auto before = asked->flags_told();
+    if (!asked->ask_flags() && !asked->flags_are_due())
+        return; // it has none to tell
     const TimePoint until = bus.clock().now() + link::slcan_answer_limit;
     for (;;) {
         bus.tend(); // may lose the link, and the adapter with it

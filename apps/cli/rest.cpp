@@ -81,8 +81,9 @@ std::unexpected<Error> not_at_rest(const Driven& driven, const Telling& told)
 {
     if (!told.confirmed)
         return fail(told.confirmed.error().code,
-                    fmt::format("{} was told to {} and did not confirm that, so it may still turn: {}",
-                                driven.device.name, to_verb(told.rest), to_sentence(told.confirmed.error())));
+                    fmt::format("{} was told to {} and did not confirm that, so it may still turn{}: {}",
+                                driven.device.name, to_verb(told.rest), told.rest == Rest::holds ? " or be free" : "",
+                                to_sentence(told.confirmed.error())));
     if (interrupted())
         return fail(Errc::stopped, fmt::format("{} was told to {}, and nobody waited for it to stand still",
                                                driven.device.name, to_verb(told.rest)));
@@ -101,14 +102,9 @@ void say_that_it_is_told(Session& session)
 /// `told`: what it was told last.
 std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
 {
-    bool is_to_let_go = may_press(driven), lets_go = false;
+    int reliefs_left = may_press(driven) ? most_reliefs : 0;
     told = tell(driven, otherwise);
     Standing standing(driven);
-    const auto let_go_of_it = [&] {
-        told = tell_to_hold_anew(driven);
-        lets_go = !told.confirmed;
-        standing = Standing(driven);
-    };
     const TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
         if (told.confirmed)
@@ -116,15 +112,14 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
         (void)read_state(driven, actuator::Depth::motion);
         standing.look(driven);
         if (told.confirmed && standing.is_at_rest()) {
-            if (told.rest != Rest::holds || !std::exchange(is_to_let_go, false))
+            if (told.rest != Rest::holds || reliefs_left == 0)
                 return told.rest;
-            let_go_of_it();
+            reliefs_left = hold_anew(driven, told) ? 0 : reliefs_left - 1;
+            standing = Standing(driven);
         }
         if (session.clock().now() >= end)
             break;
-        if (lets_go)
-            let_go_of_it();
-        else if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
+        if (!told.confirmed || told.rest == Rest::braked || look % looks_until_it_is_told_again == 0)
             told = tell(driven, otherwise, told.place_rad);
         pause(session);
     }
@@ -180,12 +175,16 @@ bool may_press(const Driven& driven)
     return robot::may_press(*driven.device.spec, driven.state, driven.bus->clock().now());
 }
 
-Telling tell_to_hold_anew(Driven& driven)
+bool hold_anew(Driven& driven, Telling& told)
 {
+    const InterruptKept kept;
     note(driven, actuator::Mode::release);
     note(driven, actuator::Mode::hold);
-    return {Rest::holds,
-            until_confirmed([&] { return carry_out_planned(driven, robot::plan_hold_anew(*driven.driver, {})); })};
+    told = {Rest::holds, carry_out_planned(driven, robot::plan_hold_anew(*driven.driver, {}))};
+    if (told.confirmed)
+        return true;
+    told = tell(driven, Otherwise::nothing);
+    return false;
 }
 
 std::expected<Rest, Error> come_to_rest(Session& session, Driven& driven, Otherwise otherwise)

@@ -55,9 +55,12 @@ private:
 /// off has not heard it.
 Telling tell_to_hold(Driven& driven, std::optional<double> last = {});
 
-/// What holds lets go of what it presses on and holds anew (`robot::plan_hold_anew`). Not confirmed where one frame of
-/// that was not acknowledged: then it may be free.
-Telling tell_to_hold_anew(Driven& driven);
+/// So often at most something is told to let go; each time lets a load come down a little.
+inline constexpr int most_reliefs = 3;
+/// What holds lets go of what it presses on and holds anew (`robot::plan_hold_anew`); `told`: that it holds. Where one
+/// frame of that was not acknowledged it is told to hold, again and again as ever, and the answer is false: it may not
+/// have let go. No signal comes between.
+bool hold_anew(Driven& driven, Telling& told);
 /// Whether what it is told to hold may press on something.
 bool may_press(const Driven& driven);
 

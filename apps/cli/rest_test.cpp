@@ -55,6 +55,7 @@ public:
         auto planned = driver_->plan(command, state);
         return command.mode == actuator::Mode::hold ? change_(std::move(planned), holds_++) : planned;
     }
+    Plan plan_idle() override { return driver_->plan_idle(); }
     Plan plan_read(actuator::Depth depth, double resolution_rad) override
     {
         hides_look_ = take_one(hidden_.looks);

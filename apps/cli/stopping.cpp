@@ -66,8 +66,7 @@ void Stopping::look()
 /// Nobody knows what it was told before: it may press on something.
 void Stopping::relieve()
 {
-    telling_ = tell_to_hold_anew(*driven_);
-    is_relieved_ = telling_.confirmed.has_value();
+    is_relieved_ = hold_anew(*driven_, telling_) || ++reliefs_ == most_reliefs;
     standing_.emplace(*driven_);
     stands_ = false;
 }

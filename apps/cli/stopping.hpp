@@ -60,7 +60,8 @@ private:
     actuator::State before_{};     ///< what it saw
     std::optional<Standing> standing_;
     bool stands_ = false;
-    bool is_relieved_ = false; ///< let go of what it may have pressed on
+    bool is_relieved_ = false; ///< let go of what it may have pressed on, or was told to often enough
+    int reliefs_ = 0;
 };
 
 /// Looks at all of them, time and again, until each is seen at rest or given up; a Ctrl-C ends it.

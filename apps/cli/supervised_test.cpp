@@ -38,6 +38,7 @@ public:
         look_(command);
         return driver_->plan(command, state);
     }
+    std::expected<wire::Requests, Error> plan_idle() override { return driver_->plan_idle(); }
     std::expected<wire::Requests, Error> plan_read(actuator::Depth depth, double resolution_rad) override
     {
         return driver_->plan_read(depth, resolution_rad);

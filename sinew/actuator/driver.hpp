@@ -30,6 +30,13 @@ public:
     /// the protocol has no message for them.
     virtual std::expected<wire::Requests, Error> plan(const Command& command, const State& state) = 0;
 
+    /// Drives with nothing and stays on, so that its loops begin anew with the next command. `unsupported` where a
+    /// device has no way to do so short of being switched off.
+    virtual std::expected<wire::Requests, Error> plan_idle()
+    {
+        return fail(Errc::unsupported, "it cannot drive with nothing without being switched off");
+    }
+
     /// The requests whose replies make up a state, in the shortest messages that are at least as fine as
     /// `resolution_rad`; 0: the finest.
     virtual std::expected<wire::Requests, Error> plan_read(Depth depth, double resolution_rad = 0.0) = 0;
@@ -57,6 +64,9 @@ public:
     /// What showed that the device has started afresh, among all that was absorbed since `plan_settings`. Empty:
     /// nothing did, which proves nothing where a protocol is silent about it.
     virtual std::string_view noticed_reset() const = 0;
+
+    /// Whether what was noticed may have given it another zero, or has taken whole turns off.
+    virtual bool may_count_otherwise() const { return false; }
 };
 
 } // namespace sinew::actuator

@@ -54,6 +54,7 @@ public:
     bool ask_flags();
     /// The latest answer (`slcan::flag`).
     std::uint8_t flags() const { return flags_; }
+    bool flags_are_due() const { return asked_flags_; }
     std::uint64_t flags_told() const { return flags_told_; } ///< answers so far
     /// Whether the adapter has said anything at all of what the protocol has, at the opening or since. One that has not
     /// may be an adapter that never acknowledges, or none.

@@ -113,6 +113,7 @@ std::expected<void, Error> Core::enable()
     if (stop_asked_.exchange(false))
         return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
     enabled = false;
+    pause.leave();
     if (auto back = bring_links_back(); !back)
         return back;
     // A loss that ended no exchange is told by the first one.

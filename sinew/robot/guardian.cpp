@@ -95,6 +95,8 @@ void write_stop(Bus& bus, const link::AnyLink& link, const StopFrames& frames)
 {
     const auto written = bus.written.load(std::memory_order_relaxed) + 1;
     Stop& stop = bus.stop(written);
+    // Whoever sees a part of this one knows that the one before is out.
+    std::atomic_thread_fence(std::memory_order_release);
     stop.written_ns = Duration(std::chrono::steady_clock::now().time_since_epoch()).count();
     write_pieces(stop.seen, link, frames.seen);
     write_pieces(stop.unseen, link, frames.unseen);

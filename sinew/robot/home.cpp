@@ -56,6 +56,7 @@ void Joint::end_search()
     state_ = mounting_.to_joint(raw_, driver_->capabilities().current_has_sign);
     can_ = mounting_.to_joint(driver_->capabilities());
     referenced_ = true;
+    is_absolute_ = false; // in the turn that it counts now
     guard_.watch_place(true);
     begin(now());
 }

@@ -56,8 +56,8 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
       guard_(resolved.joint->name, id_of(resolved.device), rules_of(*resolved.joint, file.safety, can_),
              static_cast<bool>(can_.velocity_limit)),
       stillness_(can_.position_step_rad), policy_(mode_of(file.safety.policy)),
-      holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()), referenced_(is_absolute(resolved)),
-      answered_at_(clock.now())
+      holds_a_position_(!stopper_->plan({.mode = Mode::hold}, {}).has_value()), is_absolute_(is_absolute(resolved)),
+      referenced_(is_absolute_), answered_at_(clock.now())
 {
     if (policy_ == Mode::brake && !can_.brake)
         policy_ = Mode::hold;
@@ -215,13 +215,19 @@ void Joint::start_afresh(std::string why, TimePoint at)
     tell(Errc::bad_reply, why);
     silence_.reset();
     must_set_up_ = true;
-    referenced_ = referenced_ && family().name != "nuri";
+    look_at_reference(family().name == "nuri");
     guard_.begin(state_, at);
     if (command_.mode != Mode::release && command_.mode != Mode::brake) {
         hold_here(at);
         overrule({.code = Errc::bad_reply, .detail = std::move(why)});
     }
     fresh_ = true;
+}
+
+void Joint::look_at_reference(bool is_lost)
+{
+    if (is_lost || driver_->may_count_otherwise())
+        referenced_ = is_absolute_;
 }
 
 /// `how`: held, braked or let go.

@@ -64,7 +64,8 @@ public:
     const Error* overruled_by() const { return overruled_by_ ? &*overruled_by_ : nullptr; }
 
     /// Whether position 0 is where the robot file says: a SAM knows its angle always, an RMD within its first turn (0 …
-    /// 360 deg). A Nuri, and an RMD that may stand in another turn, must be taken `home`.
+    /// 360 deg). A Nuri, and an RMD that may stand in another turn, must be taken `home`; an LK motor of which that is
+    /// so again when it was released or braked, for it loses its turns by that.
     bool referenced() const { return referenced_; }
 
     // ---- for the robot ----
@@ -84,6 +85,8 @@ private:
     void come_to_rest(Mode how, TimePoint at);
     void end(TimePoint at);
     void overrule(Error why);
+    /// After what may have changed how it counts.
+    void look_at_reference(bool is_lost);
     void start_afresh(std::string why, TimePoint at);
     void begin(TimePoint at);
     std::expected<void, Error> check_open() const;
@@ -132,6 +135,7 @@ private:
     Mode unseen_hold_ = Mode::hold; ///< where it must not be told a place
     bool holds_a_position_ = false; ///< to hold, the device must be told where
     bool acknowledges_ = true;      ///< its answer to a command is worth the repetition
+    bool is_absolute_ = false;      ///< its zero is that of the file, and it knows its angle after power-on
     bool referenced_ = false;
     const char* closed_ = "the robot is not enabled yet"; ///< why it takes no command; nullptr: it does
     std::optional<Error> closed_by_;                      ///< a fault of this joint alone

@@ -111,6 +111,8 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         fresh_ = false;
         if (acknowledges_)
             repetitions_ = 0;
+        if (lets_go(command))
+            look_at_reference(false);
         went_out(own, at);
     }
     // Who holds without being told where holds where he comes to rest.

@@ -73,7 +73,7 @@ Finding Line::judge(Joint& joint, TimePoint now) const
 {
     auto finding =
         joint.guard_.judge(joint.state_, joint.command_, joint.commanded_at_, joint.answered_at_, interval_, now);
-    if (finding.measure != Measure::none && finding.why.code == Errc::timeout)
+    if (finding.measure == Measure::stop && finding.why.code == Errc::timeout)
         if (const auto paused = pause_.within(joint.answered_at_, now); paused > Duration{})
             finding.why.detail +=
                 fmt::format(" But this program itself stood still for {:.2f} s before", seconds(paused));

@@ -115,6 +115,8 @@ private:
               Command{.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = 0.1}, Command{.mode = Mode::hold}})
             if (const auto planned = plan(joint, command))
                 add(out_.most, joint, planned->all());
+        if (const auto idle = joint.driver_->plan_idle()) // before a hold of what is blocked
+            add(out_.most, joint, idle->all());
     }
 
     /// What a joint is told first must be undone later, so the order is that of the longest.

@@ -45,15 +45,15 @@ bool presses(const DeviceSpec& device, const actuator::Command& told, const actu
 
 std::expected<wire::Requests, Error> plan_hold_anew(actuator::Driver& driver, const actuator::State& state, bool looks)
 {
-    auto out = driver.plan({.mode = actuator::Mode::release}, state);
-    if (!out)
-        return out;
+    wire::Requests out;
+    if (const auto idle = driver.plan_idle()) // else it can only be told to hold
+        out = *idle;
     const actuator::Command still{.mode = actuator::Mode::hold};
     const auto hold = looks ? driver.plan_cycle(still, state) : driver.plan(still, state);
     if (!hold)
         return hold;
     for (const auto& request : hold->all())
-        out->add(request);
+        out.add(request);
     return out;
 }
 

@@ -6,9 +6,10 @@
 /// it should be and as fast as it should be, so nothing takes that away: what it pinches stays pinched. This is the one
 /// place that says who is taken for that, and what is done about it. In the units of the actuator.
 ///
-/// Only an RMD is let go: it acknowledges every frame of that, so whoever tells it sees that it holds again. Nobody
-/// would see it of a Nuri, whose switch is kept in flash besides, and a SAM holds by the error of its position alone. A
-/// guardian does not do it, for it has nobody to ask.
+/// Only an RMD is let go, by a current of nothing: it stays on, keeps the turns that it has counted, needs no more than
+/// the next command to hold, and acknowledges every frame of that. A Nuri could only be switched off, which nobody
+/// acknowledges and which is kept in flash, and a SAM holds by the error of its position alone. A guardian does not do
+/// it, for it has nobody to ask.
 namespace sinew::robot {
 
 /// Whether one that was told this presses on something: it stands, and not where it was sent, or is to turn.
@@ -17,9 +18,9 @@ bool presses(const DeviceSpec& device, const actuator::Command& told, const actu
 /// For those who do not know what it was told: whatever stands may.
 bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
 
-/// What makes it hold with loops that start anew: it is let go, and told to hold in the next frame. A load comes down
-/// by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and says where
-/// it is.
+/// What makes it hold with loops that start anew: it is driven with nothing, and told to hold in the next frame. A load
+/// comes down by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and
+/// says where it is.
 std::expected<wire::Requests, Error> plan_hold_anew(actuator::Driver& driver, const actuator::State& state,
                                                     bool looks = false);
 

@@ -57,7 +57,8 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             // A reading may say that it cannot do what it was told.
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
-            const bool tells = command || is_new;
+            const bool is_limp = now == Mode::hold && joint->raw_.enabled && !*joint->raw_.enabled;
+            const bool tells = command || is_new || (is_limp && look < most_repetitions);
             if (tells)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
@@ -81,8 +82,9 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
         outcome.outcome = Stopped::Outcome::sent;
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
+        const bool holds = outcome.did != Mode::hold || !says_off;
         const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
-                                                       : joint.stillness_.is_at_rest();
+                                                       : holds && joint.stillness_.is_at_rest();
         if (done)
             outcome.outcome = Stopped::Outcome::confirmed;
         left = left || !done;
@@ -171,8 +173,10 @@ std::vector<Stopped> Core::stop(const std::string& why)
     verify(outcomes);
     relieve(std::move(pressing), outcomes);
     tell_the_guardian_of_a_stop(outcomes);
-    for (Joint& joint : joints)
+    for (Joint& joint : joints) {
+        joint.look_at_reference(false);
         joint.command_ = joint.planned_ = {.mode = joint.policy()};
+    }
     rest();
     return outcomes;
 }

@@ -181,5 +181,81 @@ TEST(Home, AJointThatTheProgramReleasedIsNotSeizedByARoutineThatIsRefused)
     EXPECT_EQ(rig.robot->find("arm")->command().mode, Mode::hold) << "it had been sent to 0";
 }
 
+/// An LK motor with a gear, whose stop is not in the first turn that it counts.
+constexpr std::string_view lk_knee = R"(
+version = 1
+[safety]
+policy = "hold"
+[bus.r]
+family = "rmd"
+[joint.knee]
+bus = "r"
+id = 1
+model = "MG"
+profile = "lk-2.35"
+position_min_deg = -90
+position_max_deg = 200
+velocity_max_deg_s = 60
+[joint.knee.profile_options]
+gear_ratio = 6
+[joint.knee.sim]
+start_rad = 0.3
+[joint.knee.plant]
+stop_min_deg = -90
+[joint.knee.home]
+routine = "stop"
+direction = -1
+position_deg = -90
+velocity_deg_s = 30
+)";
+
+constexpr double knee_zero_deg = -90.0 + 6 * 90.0; ///< by the shaft in front of the gear
+
+TEST(Home, AnLkMotorThatFoundItsStopAndIsHeldThereComesToItsZero)
+{
+    Rig rig(file_of(lk_knee));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->home("knee")), "");
+    EXPECT_TRUE(rig.robot->find("knee")->referenced());
+    EXPECT_NEAR(units::deg(rig.truth_rad("knee")), knee_zero_deg, 0.5);
+}
+
+TEST(Home, AnLkMotorThatWasBlockedAndStoppedCountsOnWhereItWas)
+{
+    Rig rig(file_of(lk_knee));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->home("knee")), "");
+    rig.inject(sim::FaultKind::stuck_gear, "knee");
+    ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::position, .position_rad = 2.0, .velocity_rad_s = 0.5})), "");
+    ASSERT_EQ(said(rig.run(1500ms)), "");
+    const double stands = *rig.robot->find("knee")->state().position_rad;
+    ASSERT_EQ(rig.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    rig.enable();
+    EXPECT_TRUE(rig.robot->find("knee")->referenced());
+    EXPECT_NEAR(*rig.robot->find("knee")->state().position_rad, stands, 0.01);
+}
+
+TEST(Home, AnLkMotorThatWasReleasedMustBeTakenHomeAgain)
+{
+    for (const bool by_stop : {false, true}) {
+        auto file = file_of(lk_knee);
+        if (by_stop)
+            file.safety.policy = config::Policy::release;
+        Rig rig(file);
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->home("knee")), "");
+        if (by_stop)
+            (void)rig.robot->stop();
+        else
+            ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::release})), "");
+        (void)rig.run(100ms);
+        EXPECT_FALSE(rig.robot->find("knee")->referenced()) << by_stop;
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->home("knee")), "");
+        EXPECT_TRUE(rig.robot->find("knee")->referenced());
+        EXPECT_NEAR(units::deg(rig.truth_rad("knee")), knee_zero_deg, 0.5);
+    }
+}
+
 } // namespace
 } // namespace sinew::robot::test

@@ -107,7 +107,7 @@ TEST(Pressing, AnArmThatPressedOnWhatBlockedItIsHeldUpWithNoMoreThanItsLoadTakes
         }
 }
 
-constexpr std::uint8_t shutdown = 0x80, speed_closed_loop = 0xA2;
+constexpr std::uint8_t torque_closed_loop = 0xA1, speed_closed_loop = 0xA2;
 
 /// A knee that something at 30 deg blocks, and a load that would take it back.
 const std::string blocked_knee =
@@ -120,7 +120,7 @@ const std::string blocked_knee =
 std::function<bool(const wire::Frame&)> holds_behind(int times, int& let_go)
 {
     return [times, &let_go](const wire::Frame& frame) {
-        let_go += frame.data[0] == shutdown ? 1 : 0;
+        let_go += frame.data[0] == torque_closed_loop ? 1 : 0;
         return frame.data[0] == speed_closed_loop && let_go > 0 && let_go <= times;
     };
 }
@@ -163,7 +163,7 @@ TEST(Pressing, AJointWhoseAnswersAreLostIsLetGoAFewTimesAndNotInEveryCycle)
     ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
     int let_go = 0;
     one.losses.of_sent = [&](const wire::Frame& frame) {
-        let_go += frame.data[0] == shutdown ? 1 : 0;
+        let_go += frame.data[0] == torque_closed_loop ? 1 : 0;
         return false;
     };
     one.losses.of_heard = [](const wire::Frame&) { return true; };

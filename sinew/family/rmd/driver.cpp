@@ -222,6 +222,29 @@ std::expected<void, Error> Driver::push(wire::Requests& out, double current_a) c
     return add(out, "torque-closed-loop", {{field.field, *raw}});
 }
 
+/// An LK motor that is switched off loses the turns that it has counted (field notes 1): its angle is to be read anew.
+void Driver::forget_turns()
+{
+    if (spec_.profile.off_requires_run)
+        track_.forget();
+}
+
+std::expected<wire::Requests, Error> Driver::plan_idle()
+{
+    const bool is_power = spec_.model->iq == Iq::power;
+    if (is_power && !has("torque-open-loop"))
+        return actuator::refuse(Errc::unsupported, spec_.id, "this firmware line has no torque-open-loop");
+    target_deg_.reset();
+    wire::Requests out;
+    auto added = add_run(out);
+    if (added)
+        added = is_power ? add(out, "torque-open-loop", {{"power", 0}})
+                         : add(out, "torque-closed-loop", {{torque_field(spec_).field, 0}});
+    if (!added)
+        return std::unexpected(std::move(added.error()));
+    return out;
+}
+
 std::expected<void, Error> Driver::brake(wire::Requests& out)
 {
     auto added = has("brake-control") ? add(out, "brake-control", {{"brake", engage_brake}}) : add(out, "brake-lock");
@@ -229,6 +252,7 @@ std::expected<void, Error> Driver::brake(wire::Requests& out)
     if (added)
         added = add(out, "motor-off");
     off_ = braked_ = true;
+    forget_turns();
     return added;
 }
 
@@ -245,6 +269,7 @@ std::expected<void, Error> Driver::carry_out(wire::Requests& out, const actuator
         if (added && can_.measures_enabled)
             added = add(out, "motor-off");
         off_ = true;
+        forget_turns();
         return added;
     }
     case actuator::Mode::brake:

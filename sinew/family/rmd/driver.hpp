@@ -28,6 +28,7 @@ public:
 
     const actuator::Capabilities& capabilities() const override { return can_; }
     std::expected<wire::Requests, Error> plan(const actuator::Command& command, const actuator::State& state) override;
+    std::expected<wire::Requests, Error> plan_idle() override;
     std::expected<wire::Requests, Error> plan_read(actuator::Depth depth, double resolution_rad = 0.0) override;
     std::expected<wire::Requests, Error> plan_cycle(const actuator::Command& command,
                                                     const actuator::State& state) override;
@@ -37,6 +38,7 @@ public:
     std::expected<wire::Requests, Error> plan_settings() override;
     std::expected<wire::Requests, Error> plan_reset_check() override;
     std::string_view noticed_reset() const override { return reset_; }
+    bool may_count_otherwise() const override { return has_lost_turns_; }
 
     const Spec& spec() const { return spec_; }
     /// The current that a command of mode current or torque asks for.
@@ -55,6 +57,7 @@ private:
                                                        const actuator::State& state) const;
     std::expected<void, Error> turn(wire::Requests& out, double velocity_rad_s, std::optional<double> current_a) const;
     std::expected<void, Error> push(wire::Requests& out, double current_a) const;
+    void forget_turns();
     std::expected<void, Error> brake(wire::Requests& out);
     std::expected<void, Error> carry_out(wire::Requests& out, const actuator::Command& command,
                                          const actuator::State& state);
@@ -71,6 +74,7 @@ private:
     void compare_settings(const wire::MessageInfo& message, const wire::Values& values);
     void look_for_lost_turns(double deg);
     void notice(std::string_view what);
+    void notice_lost_turns();
 
     Spec spec_;
     actuator::Capabilities can_;
@@ -86,6 +90,7 @@ private:
     bool braked_ = false;   ///< by us
     bool set_ = false;      ///< run-time settings were planned
     std::string_view reset_;
+    bool has_lost_turns_ = false;
 };
 
 } // namespace sinew::rmd

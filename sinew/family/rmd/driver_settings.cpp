@@ -28,6 +28,12 @@ void Driver::notice(std::string_view what)
     track_.forget();
 }
 
+void Driver::notice_lost_turns()
+{
+    has_lost_turns_ = true;
+    notice("its angle has lost whole turns");
+}
+
 void Driver::compare_settings(const wire::MessageInfo& message, const wire::Values& values)
 {
     if (!set_)
@@ -77,6 +83,7 @@ std::expected<wire::Requests, Error> Driver::plan_settings()
         return std::unexpected(std::move(added.error()));
     set_ = !out.empty();
     reset_ = {};
+    has_lost_turns_ = false;
     return out;
 }
 

@@ -114,7 +114,7 @@ void Driver::look_for_lost_turns(double deg)
         const bool first = deg > -same_angle_deg && deg < turn_deg + same_angle_deg;
         const bool sent_there = target_deg_ && std::abs(deg - *target_deg_) < turn_deg / 2.0;
         if (whole && first && !sent_there)
-            notice("its angle has lost whole turns");
+            notice_lost_turns();
     }
     angle_deg_ = deg;
     rested_ = rests_;

@@ -33,8 +33,13 @@ void RmdMotor::power_on(std::uint16_t encoder_offset, bool turns_kept)
     encoder_offset_ = encoder_offset;
     single_turn_zero_rad_ = offset_rad();
     if (!turns_kept)
-        multi_turn_zero_rad_ = plant_.position_rad() - wrapped(plant_.position_rad() - offset_rad());
+        lose_turns();
     act();
+}
+
+void RmdMotor::lose_turns()
+{
+    multi_turn_zero_rad_ = plant_.position_rad() - wrapped(plant_.position_rad() - offset_rad());
 }
 
 // ---- orders ----
@@ -135,6 +140,8 @@ void RmdMotor::off()
 {
     state_ = State::off;
     order_ = {};
+    if (off_requires_run_)
+        lose_turns();
     act();
 }
 

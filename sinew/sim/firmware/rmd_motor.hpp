@@ -40,7 +40,7 @@ public:
     /// Relative to the target of a position order, or to where it is (R29).
     void go_on(double angle_rad, const RmdLimits& limits);
 
-    void off();  ///< forgets the order
+    void off();  ///< forgets the order, and by LK-Tech's manuals the turns (field notes 1)
     void stop(); ///< keeps it
     void run();
     void engage_brake(bool engaged);
@@ -62,6 +62,7 @@ public:
     const Rating& rating() const { return servo_.rating(); }
 
 private:
+    void lose_turns();
     enum class State : std::uint8_t { on, stopped, off };
     enum class Kind : std::uint8_t { nothing, torque, power, speed, position };
 
