@@ -135,7 +135,7 @@ void Core::tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes)
         if (lines[i]->is_lost())
             failures = "its link is lost";
         else if (!failures.empty())
-            failures = "not confirmed by " + failures;
+            failures.insert(0, "not confirmed by ");
         guardian_->stopped(i, failures.empty() ? outcome : StoppedBus::Outcome::failed, failures);
     }
     guardian_->stop_done();

@@ -67,15 +67,17 @@ void RealTimeSimulator::tell(Visitor& visitor)
             visitor.hear(fmt::format("{}: {}", links_[i].bus, news));
 }
 
-void RealTimeSimulator::set_tap(std::function<void(const Passed&)> tap)
+void RealTimeSimulator::set_tap(const std::function<void(const Passed&)>& tap)
 {
-    for (std::size_t i = 0; i < ports_.size(); ++i) {
+    auto link = links_.begin();
+    for (const auto& port : ports_) {
+        const auto* const bus = &*link++;
         if (!tap) {
-            ports_[i]->set_tap(nullptr);
+            port->set_tap(nullptr);
             continue;
         }
-        ports_[i]->set_tap([tap, bus = &links_[i]](wire::Direction direction, std::span<const std::uint8_t> bytes,
-                                                   const wire::Frame* frame, TimePoint at) {
+        port->set_tap([tap, bus](wire::Direction direction, std::span<const std::uint8_t> bytes,
+                                 const wire::Frame* frame, TimePoint at) {
             tap({.bus = bus, .direction = direction, .bytes = bytes, .frame = frame, .at = at});
         });
     }

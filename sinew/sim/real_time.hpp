@@ -65,7 +65,7 @@ public:
         TimePoint at{};                     ///< of the world
     };
     /// Called from the thread that runs it, and not to be changed from within; nullptr: nobody.
-    void set_tap(std::function<void(const Passed&)> tap);
+    void set_tap(const std::function<void(const Passed&)>& tap);
 
     /// How often something was due more than `late_limit` before it was done, because the machine had other work.
     /// Readable from any thread.

@@ -311,10 +311,12 @@ TEST(SamDevice, WorksAtTheRateOfEveryBaudCode)
                                        115'200,   57'600,    38'400,    9600,    4800};
     SamBench bench(spec_of("SAM-20"));
     EXPECT_EQ(bench.device.bit_rate(), 1'500'000U);
-    for (std::uint8_t code = 0; code < std::size(rates); ++code) {
+    std::uint8_t code = 0;
+    for (const auto rate : rates) {
         EXPECT_EQ(bench.ask(sam::SetBaudRate{.baud_code = code}).new_baud_code, code);
         bench.device.answered(bench.now);
-        EXPECT_EQ(bench.device.bit_rate(), rates[code]);
+        EXPECT_EQ(bench.device.bit_rate(), rate);
+        ++code;
     }
 }
 
