@@ -119,6 +119,24 @@ TEST(RmdDriver, PlansStateAndMotionOnEveryFirmwareLine)
     }
 }
 
+TEST(RmdDriver, DrivesWithNothingOnEveryLineAndStaysOn)
+{
+    for (const Profile& profile : profiles())
+        for (const std::string_view model : {"RMD", "MG", "MS"}) {
+            Driver driver(make_spec(*find_model(model), profile, 1));
+            const auto plan = driver.plan_idle();
+            const bool is_unknown = model == "MS" && profile.line.find("torque-open-loop") == nullptr;
+            ASSERT_EQ(plan.has_value(), !is_unknown) << profile.line.name << model;
+            if (is_unknown)
+                continue;
+            ASSERT_EQ(plan->all().size(), 1U);
+            const auto& bytes = plan->all()[0].frame.data;
+            EXPECT_EQ(bytes[0], model == "MS" ? 0xA0 : 0xA1) << profile.line.name;
+            EXPECT_EQ(bytes[4] | bytes[5], 0);
+            EXPECT_TRUE(driver.plan({.mode = Mode::hold}, {})->all().size() == 1) << "it is on";
+        }
+}
+
 TEST(RmdDriver, HoldsBySpeedZeroOnEveryLineWhateverItKnows)
 {
     for (const auto& profile : profiles()) {
