@@ -14,6 +14,9 @@ namespace {
 constexpr int most_repetitions = 3; ///< of what was not confirmed
 constexpr int most_silences = 2;    ///< so often one is told that answers nothing: each waits for a time-out
 constexpr int most_looks = 50;
+/// What nobody acknowledged may not have been heard, though where it is is answered. Not at every look: a ramp to rest
+/// that is told again begins anew.
+constexpr int looks_until_it_is_told_again = 10;
 constexpr Duration between_looks = std::chrono::milliseconds{20};
 
 } // namespace
@@ -58,7 +61,8 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
             const bool is_limp = now == Mode::hold && joint->raw_.enabled && !*joint->raw_.enabled;
-            const bool tells = command || is_new || (is_limp && look < most_repetitions);
+            const bool is_unheard = !joint->acknowledges_ && look > 0 && look % looks_until_it_is_told_again == 0;
+            const bool tells = command || is_new || is_unheard || (is_limp && look < most_repetitions);
             if (tells)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());

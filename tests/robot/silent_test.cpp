@@ -208,5 +208,25 @@ TEST(Silent, AProgramThatStoodStillDoesNotBlameItsDevicesAlone)
     }
 }
 
+/// Nobody acknowledges what a Nuri is told, and it answers where it is all the same.
+TEST(Silent, ANuriOfWhichTheStopWasLostIsToldAgainAlthoughItAnswers)
+{
+    for (int seed = 1; seed <= 100; ++seed) {
+        Rig rig(file_of(fmt::format("{}[sim]\nseed = {}\n", three, seed)));
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->set("nuri", {.mode = Mode::velocity, .velocity_rad_s = 0.4})), "");
+        ASSERT_EQ(said(rig.run(300ms)), "");
+        sim::Fault noise{.kind = sim::FaultKind::drop_bytes, .bus = "n"};
+        noise.probability = 0.1;
+        noise.for_s = 0.02;
+        rig.simulator->world().inject(noise);
+        rig.simulator->clock().wait({}, rig.now() + 1ms); // it begins with a step of the world
+        const auto stopped = rig.robot->stop();
+        rig.simulator->clock().wait({}, rig.now() + 500ms);
+        EXPECT_EQ(stopped[1].outcome, Stopped::Outcome::confirmed) << seed;
+        EXPECT_NEAR(rig.truth_rad_s("nuri"), 0.0, slow) << seed;
+    }
+}
+
 } // namespace
 } // namespace sinew::robot::test
