@@ -178,7 +178,6 @@ bool may_press(const Driven& driven)
 bool hold_anew(Driven& driven, Telling& told)
 {
     const InterruptKept kept;
-    note(driven, actuator::Mode::release);
     note(driven, actuator::Mode::hold);
     told = {Rest::holds, carry_out_planned(driven, robot::plan_hold_anew(*driven.driver, {}))};
     if (told.confirmed)

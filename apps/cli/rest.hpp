@@ -48,11 +48,10 @@ private:
     int slow_looks_ = 0;
 };
 
-/// Once; nobody looks. Where the protocol
-/// can hold without knowing the position nothing is read first; what must be told where to hold, and does not say where
-/// it is, is braked. `last`: the place of an earlier telling, told again where it is no further off than it may give
-/// way (`robot::giving_way_rad`), for under a load each new place would be lower than the one before; what is further
-/// off has not heard it.
+/// Once; nobody looks. Where the protocol can hold without knowing the position nothing is read first; what must be
+/// told where to hold, and does not say where it is, is braked. `last`: the place of an earlier telling, told again
+/// where it is no further off than it may give way (`robot::giving_way_rad`), for under a load each new place would be
+/// lower than the one before; what is further off has not heard it.
 Telling tell_to_hold(Driven& driven, std::optional<double> last = {});
 
 /// So often at most something is told to let go; each time lets a load come down a little.

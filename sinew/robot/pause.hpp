@@ -1,6 +1,8 @@
 #pragma once
 #include "sinew/base/time.hpp"
 
+#include <algorithm>
+
 namespace sinew::robot {
 
 /// The last time that a loop was kept from turning: by the machine, by a debugger, by a slow turn of its own. It asked
