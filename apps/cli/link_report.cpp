@@ -30,19 +30,18 @@ bool is_trouble(const link::Setting& setting)
 
 void ask_flags(bus::Bus& bus)
 {
-    auto* asked = slcan_of(bus);
-    if (asked == nullptr)
+    auto* adapter = slcan_of(bus);
+    if (adapter == nullptr)
         return;
-    const auto before = asked->flags_told();
-    if (!asked->ask_flags() && !asked->flags_are_due())
-        return; // it has none to tell
-    const TimePoint until = bus.clock().now() + link::slcan_answer_limit;
+    const link::FlagsQuestion question(*adapter, bus.clock().now());
+    if (!question.is_open())
+        return;
     for (;;) {
         bus.tend(); // may lose the link, and the adapter with it
-        const auto* adapter = slcan_of(bus);
-        if (adapter == nullptr || adapter->flags_told() != before || bus.clock().now() >= until)
+        adapter = slcan_of(bus);
+        if (adapter == nullptr || question.is_over(*adapter, bus.clock().now()))
             return;
-        bus.clock().wait(bus.handles(), until);
+        bus.clock().wait(bus.handles(), question.until());
     }
 }
 

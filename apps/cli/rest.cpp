@@ -6,6 +6,7 @@
 #include "sinew/robot/pressing.hpp"
 #include "sinew/robot/rules.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -105,7 +106,7 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
     int reliefs_left = may_press(driven) ? most_reliefs : 0;
     told = tell(driven, otherwise);
     Standing standing(driven);
-    const TimePoint end = session.clock().now() + robot::longest_rest;
+    TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
         if (told.confirmed)
             say_that_it_is_told(session);
@@ -116,6 +117,7 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
                 return told.rest;
             reliefs_left = hold_anew(driven, told) ? 0 : reliefs_left - 1;
             standing = Standing(driven);
+            end = std::max(end, session.clock().now() + robot::rest_after_relief);
         }
         if (session.clock().now() >= end)
             break;

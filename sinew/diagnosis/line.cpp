@@ -92,14 +92,11 @@ std::expected<std::optional<std::uint8_t>, Error> Line::adapter_flags()
     auto* adapter = can_link != nullptr ? dynamic_cast<link::SlcanLink*>(can_link->get()) : nullptr;
     if (adapter == nullptr)
         return std::nullopt;
-    // An answer may be due already, and what looks like a refusal of the question may be that of a frame before it.
-    const auto before = adapter->flags_told();
-    (void)adapter->ask_flags();
-    const TimePoint until = clock_.now() + link::slcan_answer_limit;
-    while (adapter->flags_told() == before && clock_.now() < until)
+    const link::FlagsQuestion question(*adapter, clock_.now());
+    while (!question.is_over(*adapter, clock_.now()))
         if (const auto heard = listen(std::chrono::milliseconds{2}); !heard)
             return std::unexpected(heard.error());
-    return adapter->flags_told() == before ? std::nullopt : std::optional(adapter->flags());
+    return question.is_answered(*adapter) ? std::optional(adapter->flags()) : std::nullopt;
 }
 
 std::expected<bool, Error> Line::set_bit_rate(std::uint32_t rate)

@@ -92,4 +92,26 @@ private:
     TimePoint heard_at_{};
 };
 
+/// An adapter is asked for its flags, and somebody reads its link until `is_over`.
+class FlagsQuestion
+{
+public:
+    FlagsQuestion(SlcanLink& adapter, TimePoint now)
+        : before_(adapter.flags_told()), until_(now + slcan_answer_limit),
+          is_open_(adapter.ask_flags() || adapter.flags_are_due())
+    {
+    }
+    /// False for an adapter that seems not to know the command: whoever asks often does not wait for it. It may answer
+    /// all the same, for what looked like its refusal may have been that of a frame before.
+    bool is_open() const { return is_open_; }
+    TimePoint until() const { return until_; }
+    bool is_answered(const SlcanLink& adapter) const { return adapter.flags_told() != before_; }
+    bool is_over(const SlcanLink& adapter, TimePoint now) const { return is_answered(adapter) || now >= until_; }
+
+private:
+    std::uint64_t before_;
+    TimePoint until_;
+    bool is_open_;
+};
+
 } // namespace sinew::link

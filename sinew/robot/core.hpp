@@ -60,8 +60,9 @@ private:
     void ask_for_real_time(); // real_time.cpp
     // stop.cpp
     void send_stop();
-    void verify(std::vector<Stopped>& outcomes);
-    void relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes);
+    void verify(std::vector<Stopped>& outcomes, TimePoint end);
+    std::vector<Joint*> hold_anew(std::vector<Joint*> left);
+    void relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes, TimePoint end);
     bool ask_again(std::vector<Stopped>& outcomes, int look, bool command);
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);

@@ -79,16 +79,18 @@ void Joint::tell(Errc code, std::string says)
     incidents_->add({now(), name(), code, std::move(says)});
 }
 
-void Joint::failed(const Error& error, TimePoint since)
+void Joint::failed(const Error& error, TimePoint since, const wire::Request* asked)
 {
     ++failures_;
     trouble_ = error;
     if (!missing_since_)
         missing_since_ = since;
     fresh_ = true;
-    if (relieved_ && !must_relieve_ && retries_ > 0) {
-        --retries_;
-        must_relieve_ = true;
+    const bool was_told = asked != nullptr && asked->message->info.access != wire::Access::read;
+    if (was_told && relieved_ && !must_relieve_) {
+        must_relieve_ = retries_ > 0;
+        relief_lost_ = retries_ == 0; // the next stop tries again
+        retries_ = std::max(0, retries_ - 1);
     }
 }
 
@@ -177,7 +179,7 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    must_relieve_ = relieved_ = false;
+    must_relieve_ = relieved_ = relief_lost_ = false;
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
@@ -215,7 +217,9 @@ void Joint::start_afresh(std::string why, TimePoint at)
     tell(Errc::bad_reply, why);
     silence_.reset();
     must_set_up_ = true;
-    look_at_reference(family().name == "nuri");
+    if (family().name == "nuri")
+        forget_reference();
+    forget_lost_turns();
     guard_.begin(state_, at);
     if (command_.mode != Mode::release && command_.mode != Mode::brake) {
         hold_here(at);
@@ -224,10 +228,10 @@ void Joint::start_afresh(std::string why, TimePoint at)
     fresh_ = true;
 }
 
-void Joint::look_at_reference(bool is_lost)
+void Joint::forget_lost_turns()
 {
-    if (is_lost || driver_->may_count_otherwise())
-        referenced_ = is_absolute_;
+    if (driver_->may_count_otherwise())
+        forget_reference();
 }
 
 /// `how`: held, braked or let go.

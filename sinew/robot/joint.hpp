@@ -85,8 +85,10 @@ private:
     void come_to_rest(Mode how, TimePoint at);
     void end(TimePoint at);
     void overrule(Error why);
-    /// After what may have changed how it counts.
-    void look_at_reference(bool is_lost);
+    /// What it knows after power-on is left.
+    void forget_reference() { referenced_ = is_absolute_; }
+    /// After what takes the turns of some motors.
+    void forget_lost_turns();
     void start_afresh(std::string why, TimePoint at);
     void begin(TimePoint at);
     std::expected<void, Error> check_open() const;
@@ -105,6 +107,8 @@ private:
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
     /// Whether to be told to hold takes no torque from what blocks it.
     bool presses() const;
+    /// Whether it was told to hold, and what was to make it let go before has not been heard for all that is known.
+    bool waits_for_relief() const { return command_.mode == Mode::hold && (must_relieve_ || relief_lost_); }
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
@@ -112,8 +116,9 @@ private:
     bool is_doubtful(Duration silence) const;
     bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
-    /// Since when it gives no answer, if this is the first failure in a row.
-    void failed(const Error& error, TimePoint since);
+    /// One exchange. `since`: when it gives no answer, if this is the first failure in a row; `asked`: what went out;
+    /// nullptr: nothing did.
+    void failed(const Error& error, TimePoint since, const wire::Request* asked);
     void tell(Errc code, std::string says);
     Mode policy() const;
     /// To hold, or to brake where that would be a leap. `unseen` as above.
@@ -157,7 +162,8 @@ private:
     // To hold with loops that start anew (`pressing.hpp`).
     bool must_relieve_ = false;
     bool relieved_ = false; ///< by what this cycle sent
-    int retries_ = 0;       ///< so often it is still told that once more where a frame of it was not acknowledged
+    int retries_ = 0;          ///< so often it is still told that once more where a frame of it was not acknowledged
+    bool relief_lost_ = false; ///< nor was the last of these
 
     State raw_{}, state_{};
     TimePoint answered_at_{};

@@ -57,7 +57,7 @@ void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoi
 {
     const auto before = raw_.position_rad;
     if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
-        return failed(absorbed.error(), at);
+        return failed(absorbed.error(), at, &asked);
     if (!is_plausible(before)) {
         raw_.position_rad = before;
         if (before)

@@ -119,7 +119,7 @@ Finding Line::plan_cycle(TimePoint now)
         if (!requests) {
             const Error why = joint->named(std::move(requests.error()));
             joint->tell(why.code, to_sentence(why));
-            joint->failed(why, now);
+            joint->failed(why, now, nullptr);
             joint->hold_here(now);
             joint->overrule(why);
             requests = joint->plan(now, resolution);
@@ -245,10 +245,10 @@ void Line::absorb(TimePoint now)
         if (!result.good) {
             const TimePoint since = result.sent_at >= begun_at_ ? result.sent_at : result.at;
             if (owners_[i] != nullptr)
-                owners_[i]->failed(result.error, since);
+                owners_[i]->failed(result.error, since, &request);
             else
                 for (Joint* joint : group_)
-                    joint->failed(result.error, since);
+                    joint->failed(result.error, since, &request);
             continue;
         }
         if (!request.answered)

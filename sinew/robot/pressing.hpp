@@ -13,10 +13,12 @@
 namespace sinew::robot {
 
 /// Whether one that was told this presses on something: it stands, and not where it was sent, or is to turn.
-bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now);
+/// `interval`: at which it is measured.
+bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now,
+             Duration interval);
 
 /// For those who do not know what it was told: whatever stands may.
-bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
+bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now, Duration interval = {});
 
 /// What makes it hold with loops that start anew: it is driven with nothing, and told to hold in the next frame. A load
 /// comes down by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and

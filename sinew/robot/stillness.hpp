@@ -12,6 +12,8 @@ inline constexpr Duration old_velocity = std::chrono::milliseconds{30};
 
 /// So long whoever was told to hold is looked at until it stands still.
 inline constexpr Duration longest_rest = std::chrono::seconds{2};
+/// And at least so long again once it was let go of what it pressed on, and holds anew (`pressing.hpp`).
+inline constexpr Duration rest_after_relief = std::chrono::milliseconds{500};
 
 /// Whether a joint stands still, by where it was measured: the one place that says when it is at rest. A position is
 /// known to one step, so it may be a step further from another one than it looks; a joint is at rest when even so it

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int most_repetitions = 3; ///< of what was not confirmed
 constexpr int most_silences = 2;    ///< so often one is told that answers nothing: each waits for a time-out
-constexpr int most_looks = 50;
+constexpr int fewest_looks = 10;    ///< at the others, whatever time those took
 /// What nobody acknowledged may not have been heard, though where it is is answered. Not at every look: a ramp to rest
 /// that is told again begins anew.
 constexpr int looks_until_it_is_told_again = 10;
@@ -96,13 +96,13 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
     return left;
 }
 
-void Core::verify(std::vector<Stopped>& outcomes)
+void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
-    for (int look = 0; look < most_looks; ++look) {
+    for (int look = 0;; ++look) {
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, look, command))
+        if (!ask_again(outcomes, look, command) || (look >= fewest_looks && clock->now() >= end))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
@@ -111,19 +111,10 @@ void Core::verify(std::vector<Stopped>& outcomes)
     }
 }
 
-/// Of joints that hold and press on something: each lets go of it. Who does not acknowledge every frame of that is told
-/// again, and is not said to hold.
-void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes)
+/// Each lets go of what it presses on, and holds. Who does not acknowledge every frame of that is told again; those are
+/// returned who never do.
+std::vector<Joint*> Core::hold_anew(std::vector<Joint*> left)
 {
-    const auto outcome_of = [&](const Joint* joint) -> Stopped& {
-        return outcomes[static_cast<std::size_t>(joint - joints.data())];
-    };
-    std::erase_if(pressing, [&](const Joint* joint) {
-        return outcome_of(joint).outcome != Stopped::Outcome::confirmed || outcome_of(joint).did != Mode::hold;
-    });
-    if (pressing.empty())
-        return;
-    std::vector<Joint*> left = pressing;
     for (int time = 0; time < most_repetitions && !left.empty(); ++time) {
         std::vector<std::uint64_t> failures;
         for (const Joint* joint : left)
@@ -142,11 +133,32 @@ void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes)
                 again.push_back(left[i]);
         left = std::move(again);
     }
+    return left;
+}
+
+/// Of joints that press on something, those that hold. One of which that is not known to have been heard is not said to
+/// hold, and the next stop tries again.
+void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes, TimePoint end)
+{
+    const auto outcome_of = [&](const Joint* joint) -> Stopped& {
+        return outcomes[static_cast<std::size_t>(joint - joints.data())];
+    };
     for (Joint* joint : pressing) {
+        joint->must_relieve_ = false;
+        joint->relief_lost_ = true;
+    }
+    std::erase_if(pressing, [&](const Joint* joint) {
+        return outcome_of(joint).outcome != Stopped::Outcome::confirmed || outcome_of(joint).did != Mode::hold;
+    });
+    if (pressing.empty())
+        return;
+    const auto left = hold_anew(pressing);
+    for (Joint* joint : pressing) {
+        joint->relief_lost_ = std::ranges::find(left, joint) != left.end();
         outcome_of(joint).outcome = Stopped::Outcome::sent;
         joint->stillness_.begin();
     }
-    verify(outcomes);
+    verify(outcomes, std::max(end, clock->now() + rest_after_relief));
     for (const Joint* joint : left) {
         outcome_of(joint).outcome = Stopped::Outcome::failed;
         outcome_of(joint).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
@@ -160,7 +172,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
     std::vector<Stopped> outcomes;
     std::vector<Joint*> pressing;
     for (Joint& joint : joints) {
-        if (joint.presses())
+        if (joint.presses() || joint.waits_for_relief())
             pressing.push_back(&joint);
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
@@ -174,11 +186,12 @@ std::vector<Stopped> Core::stop(const std::string& why)
     if (guardian_ != nullptr)
         guardian_->stop_begun();
     stop_asked_.store(false);
-    verify(outcomes);
-    relieve(std::move(pressing), outcomes);
+    const TimePoint end = clock->now() + longest_rest;
+    verify(outcomes, end);
+    relieve(std::move(pressing), outcomes, end);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints) {
-        joint.look_at_reference(false);
+        joint.forget_lost_turns();
         joint.command_ = joint.planned_ = {.mode = joint.policy()};
     }
     rest();

@@ -107,7 +107,7 @@ TEST(Pressing, AnArmThatPressedOnWhatBlockedItIsHeldUpWithNoMoreThanItsLoadTakes
         }
 }
 
-constexpr std::uint8_t torque_closed_loop = 0xA1, speed_closed_loop = 0xA2;
+constexpr std::uint8_t torque_closed_loop = 0xA1, speed_closed_loop = 0xA2, read_status_1 = 0x9A;
 
 /// A knee that something at 30 deg blocks, and a load that would take it back.
 const std::string blocked_knee =
@@ -170,6 +170,55 @@ TEST(Pressing, AJointWhoseAnswersAreLostIsLetGoAFewTimesAndNotInEveryCycle)
     (void)one.run({.mode = Mode::hold}, 400ms);
     EXPECT_GE(let_go, 1);
     EXPECT_LE(let_go, 3);
+}
+
+/// Whoever waits for the answer of a motor that lets go: only what tells it that counts.
+TEST(Pressing, AJointOfWhichOtherAnswersAreLostIsLetGoOnce)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        let_go += frame.data[0] == torque_closed_loop ? 1 : 0;
+        return frame.data[0] == read_status_1;
+    };
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 2s)), "");
+    EXPECT_EQ(let_go, 1);
+}
+
+TEST(Pressing, AJointThatHoldsAndNeverHeardToLetGoIsLetGoByAStop)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    one.losses.of_sent = [](const wire::Frame& frame) { return frame.data[0] == torque_closed_loop; };
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 1s)), "");
+    const double pressed_a = std::abs(one.simulator->world().look("knee")->current_a);
+    one.losses.of_sent = [](const wire::Frame&) { return false; };
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_GT(pressed_a, 7.0);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 0.5 * pressed_a);
+}
+
+TEST(Pressing, AStopThatNobodyHeardToLetGoInIsNotSaidToHoldUntilOneIsHeard)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    one.losses.of_sent = [](const wire::Frame& frame) { return frame.data[0] == torque_closed_loop; };
+    for (int stop = 0; stop < 2; ++stop)
+        EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::failed) << stop;
+    one.losses.of_sent = [](const wire::Frame&) { return false; };
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
+}
+
+TEST(Pressing, AJointOfASlowLoopIsLetGoOfAsWell)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.knee().set({.mode = Mode::velocity, .velocity_rad_s = 0.5})), "");
+    ASSERT_EQ(said(one.robot->wait(4s, 400ms)), "");
+    one.simulator->clock().wait({}, one.simulator->clock().now() + 380ms);
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
 }
 
 } // namespace
