@@ -103,7 +103,8 @@ void say_that_it_is_told(Session& session)
 /// `told`: what it was told last.
 std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
 {
-    int reliefs_left = may_press(driven) ? most_reliefs : 0;
+    bool presses = may_press(driven);
+    int reliefs = 0;
     told = tell(driven, otherwise);
     Standing standing(driven);
     TimePoint end = session.clock().now() + robot::longest_rest;
@@ -113,9 +114,11 @@ std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Other
         (void)read_state(driven, actuator::Depth::motion);
         standing.look(driven);
         if (told.confirmed && standing.is_at_rest()) {
-            if (told.rest != Rest::holds || reliefs_left == 0)
+            if (told.rest != Rest::holds || !presses)
                 return told.rest;
-            reliefs_left = hold_anew(driven, told) ? 0 : reliefs_left - 1;
+            if (reliefs++ == most_reliefs)
+                return fail(Errc::timeout, fmt::format("{} {}", driven.device.name, may_press_on));
+            presses = !hold_anew(driven, told);
             standing = Standing(driven);
             end = std::max(end, session.clock().now() + robot::rest_after_relief);
         }

@@ -62,6 +62,10 @@ inline constexpr int most_reliefs = 3;
 bool hold_anew(Driven& driven, Telling& told);
 /// Whether what it is told to hold may press on something.
 bool may_press(const Driven& driven);
+/// What is said of one that never acknowledged to let go.
+inline constexpr std::string_view may_press_on =
+    "holds, but never acknowledged that it lets go of what blocks it, so it may press on that; switch its supply off "
+    "before you reach for it";
 
 /// Tells it to hold, looks, and tells it again until it is seen at rest: a command that nobody acknowledges may have
 /// been lost. No signal cuts the telling short, and one that came before is still there afterwards. `timeout` and the

@@ -52,21 +52,25 @@ void Stopping::look()
     }
     auto read = read_state(*driven_, actuator::Depth::motion);
     // Longer, and where nobody is there not worth its time-outs.
-    if (read && !keep_torque_ && driven_->driver->capabilities().measures_enabled)
+    if (read && driven_->driver->capabilities().measures_enabled)
         read = read_state(*driven_, actuator::Depth::full);
     trouble_ = read ? std::nullopt : std::optional(read.error());
     unanswered_ = read ? 0 : unanswered_ + 1;
     standing_->look(*driven_);
     stands_ = read && standing_->is_at_rest();
     before_ = read ? driven_->state : actuator::State{};
-    if (stands_ && keep_torque_ && telling_.rest == Rest::holds && !is_relieved_ && may_press(*driven_))
+    const bool holds = stands_ && keep_torque_ && telling_.rest == Rest::holds && !says_off();
+    if (holds && relief_ == Relief::due && may_press(*driven_))
         relieve();
 }
 
 /// Nobody knows what it was told before: it may press on something.
 void Stopping::relieve()
 {
-    is_relieved_ = hold_anew(*driven_, telling_) || ++reliefs_ == most_reliefs;
+    if (hold_anew(*driven_, telling_))
+        relief_ = Relief::done;
+    else if (++reliefs_ == most_reliefs)
+        relief_ = Relief::given_up;
     standing_.emplace(*driven_);
     stands_ = false;
 }
@@ -74,9 +78,12 @@ void Stopping::relieve()
 /// The torque, for all that is known.
 bool Stopping::is_off() const
 {
-    if (driven_->driver->capabilities().measures_enabled)
-        return before_.enabled && !*before_.enabled;
-    return telling_.confirmed.has_value();
+    return driven_->driver->capabilities().measures_enabled ? says_off() : telling_.confirmed.has_value();
+}
+
+bool Stopping::is_obeyed() const
+{
+    return stands_ && (telling_.rest == Rest::released ? is_off() : telling_.rest != Rest::holds || !says_off());
 }
 
 bool Stopping::is_over() const
@@ -89,7 +96,7 @@ bool Stopping::is_worth_another_word() const
 {
     if (!telling_.confirmed || telling_.rest == Rest::braked)
         return true;
-    return telling_.rest == Rest::released ? !is_off() || !acknowledges_ : !stands_;
+    return telling_.rest == Rest::released ? !is_off() || !acknowledges_ : !is_obeyed();
 }
 
 std::string Stopping::done() const
@@ -118,6 +125,10 @@ Error Stopping::not_seen_at_rest() const
     if (!stands_)
         return {.code = Errc::timeout,
                 .detail = fmt::format("it was told to {} and still turns; switch its supply off", verb)};
+    if (telling_.rest == Rest::holds && says_off())
+        return {.code = Errc::timeout, .detail = "it was told to hold and says that its torque is off"};
+    if (relief_ == Relief::given_up)
+        return {.code = Errc::timeout, .detail = fmt::format("it {}", may_press_on)};
     return {.code = Errc::timeout,
             .detail =
                 fmt::format("it was told to {} and says that its torque is still on; switch its supply off", verb)};
@@ -128,7 +139,7 @@ std::expected<Told, Error> Stopping::outcome() const
     if (driven_ && telling_.confirmed && is_mute_)
         return Told{fmt::format("told to {} (not acknowledged: it is set to answer nothing)", to_verb(telling_.rest)),
                     false};
-    if (!driven_ || !telling_.confirmed || !is_obeyed())
+    if (!driven_ || !telling_.confirmed || !is_obeyed() || relief_ == Relief::given_up)
         return std::unexpected(not_seen_at_rest());
     return Told{done(), true};
 }

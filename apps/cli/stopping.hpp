@@ -43,8 +43,9 @@ public:
 private:
     Telling tell_to_let_go();
     void relieve();
+    bool says_off() const { return before_.enabled && !*before_.enabled; }
     bool is_off() const;
-    bool is_obeyed() const { return stands_ && (telling_.rest != Rest::released || is_off()); }
+    bool is_obeyed() const;
     std::string done() const;
     Error not_seen_at_rest() const;
 
@@ -60,8 +61,9 @@ private:
     actuator::State before_{};     ///< what it saw
     std::optional<Standing> standing_;
     bool stands_ = false;
-    bool is_relieved_ = false; ///< let go of what it may have pressed on, or was told to often enough
-    int reliefs_ = 0;
+    /// Of what it may have pressed on.
+    enum class Relief : std::uint8_t { due, done, given_up } relief_ = Relief::due;
+    int reliefs_ = 0; ///< so often it was told
 };
 
 /// Looks at all of them, time and again, until each is seen at rest or given up; a Ctrl-C ends it.

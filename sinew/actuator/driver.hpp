@@ -65,8 +65,9 @@ public:
     /// nothing did, which proves nothing where a protocol is silent about it.
     virtual std::string_view noticed_reset() const = 0;
 
-    /// Whether what was noticed may have given it another zero, or has taken whole turns off.
-    virtual bool may_count_otherwise() const { return false; }
+    /// Whether it may count from elsewhere since this was asked last: what was planned or noticed has taken whole turns
+    /// off, or may have. Asking forgets it.
+    virtual bool take_lost_count() { return false; }
 };
 
 } // namespace sinew::actuator

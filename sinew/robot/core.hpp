@@ -60,6 +60,7 @@ private:
     void ask_for_real_time(); // real_time.cpp
     // stop.cpp
     void send_stop();
+    bool heed_another_stop();
     void verify(std::vector<Stopped>& outcomes, TimePoint end);
     std::vector<Joint*> hold_anew(std::vector<Joint*> left);
     void relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes, TimePoint end);
@@ -75,6 +76,7 @@ private:
     void rest();
 
     std::atomic<bool> stop_asked_{false};
+    bool is_stopping_ = false; ///< its frames are out, and it is not over
     std::uint64_t driver_ = 0; ///< the thread that asked last
     Guardian* guardian_ = nullptr;
     std::vector<std::string> uris_;                   ///< of the lines

@@ -81,31 +81,60 @@ TEST(GuardianTest, AProgramThatNeverBeatIsLeftAlone)
     EXPECT_TRUE(wire.read(1, 300).empty());
 }
 
+/// A robot whose one servo answers nothing, and a second line of its guardian.
+struct SlowStop {
+    const Wire silent, guarded;
+    const link::Fd keeper = guarded.keep_open();
+    link::RealClock clock;
+    std::optional<Guardian> guardian;
+    std::optional<Robot> robot;
+    std::optional<link::AnyLink> link;
+
+    SlowStop()
+    {
+        auto started = Guardian::start({.patience = 500ms});
+        EXPECT_TRUE(started);
+        guardian.emplace(std::move(*started));
+        const auto file =
+            config::parse_robot_file("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
+                                     "model = \"SAM-5\"\n",
+                                     "arm.toml");
+        EXPECT_TRUE(file);
+        OpenOptions options{.links = {{"s", silent.uri}}, .guardian = &*guardian};
+        options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 1s;
+        auto opened = Robot::open(*file, link::Links::system(), clock, options);
+        EXPECT_TRUE(opened) << to_sentence(opened.error());
+        robot.emplace(std::move(*opened));
+        auto second = link::Links::system().open(guarded.uri, clock);
+        EXPECT_TRUE(second);
+        link.emplace(std::move(*second));
+        const std::array stop{stop_of(1)};
+        EXPECT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
+        guardian->beat();
+    }
+};
+
 TEST(GuardianTest, ALongStopIsNoProgramThatHangs)
 {
-    const Wire silent, guarded;
-    const auto keeper = guarded.keep_open();
-    auto guardian = Guardian::start({.patience = 500ms});
-    ASSERT_TRUE(guardian);
-    link::RealClock clock;
-    const auto file =
-        config::parse_robot_file("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
-                                 "model = \"SAM-5\"\n",
-                                 "arm.toml");
-    ASSERT_TRUE(file);
-    OpenOptions options{.links = {{"s", silent.uri}}, .guardian = &*guardian};
-    options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 1s;
-    auto robot = Robot::open(*file, link::Links::system(), clock, options);
-    ASSERT_TRUE(robot) << to_sentence(robot.error());
-    const auto link = link::Links::system().open(guarded.uri, clock);
-    ASSERT_TRUE(link);
-    const std::array stop{stop_of(1)};
-    ASSERT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
-    guardian->beat();
-    const TimePoint begun = clock.now();
-    EXPECT_EQ(robot->stop().at(0).outcome, Stopped::Outcome::failed);
-    EXPECT_GT(clock.now() - begun, 3 * 500ms) << "too short to tell";
-    EXPECT_TRUE(guarded.read(1, 0).empty()) << "the guardian took a long stop for a program that hangs";
+    SlowStop slow;
+    const TimePoint begun = slow.clock.now();
+    EXPECT_EQ(slow.robot->stop().at(0).outcome, Stopped::Outcome::failed);
+    EXPECT_GT(slow.clock.now() - begun, 3 * 500ms) << "too short to tell";
+    EXPECT_TRUE(slow.guarded.read(1, 0).empty()) << "the guardian took a long stop for a program that hangs";
+}
+
+TEST(GuardianTest, AStopFromElsewhereDuringALongStopLeavesThatToTheProgram)
+{
+    SlowStop slow;
+    std::thread caller([] {
+        std::this_thread::sleep_for(300ms); // by then it waits for an answer
+        const auto said = stop_program(::getpid());
+        ASSERT_TRUE(said) << to_sentence(said.error());
+        EXPECT_FALSE(said->by_guardian);
+    });
+    (void)slow.robot->stop();
+    caller.join();
+    EXPECT_TRUE(slow.guarded.read(1, 0).empty());
 }
 
 TEST(GuardianTest, AStopFromElsewhereIsTheProgramsFirst)

@@ -24,8 +24,8 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto beat_period = 100ms;
-constexpr auto time_to_obey = 200ms;  // for a program that is asked to stop
-constexpr auto time_to_ask = 3s;      // for it to find out who obeyed, behind its frames
+constexpr auto time_to_obey = 200ms; // for a program that is asked to stop
+constexpr auto time_to_ask = 3s;     // for it to find out who obeyed, behind its frames
 static_assert(time_to_ask > longest_rest + rest_after_relief);
 constexpr auto seen_lately = 100ms;   // so old a place may be where a motor is told to hold
 constexpr auto bus_time = 100ms;      // for a descriptor that takes no more

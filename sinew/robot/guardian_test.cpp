@@ -87,8 +87,6 @@ TEST(GuardianTest, ALinkThatWasForgottenIsClosedAndGetsNothing)
     EXPECT_TRUE(wire.read_to_end().empty());
 }
 
-/// By then the place where a motor was to hold is old.
-
 TEST(GuardianTest, AProgramThatDiesWhileItLooksGetsTheFramesForMotorsThatAreSeen)
 {
     const std::array hold{stop_of(1)}, brake{stop_of(2)};
@@ -105,8 +103,6 @@ TEST(GuardianTest, AProgramThatDiesWhileItLooksGetsTheFramesForMotorsThatAreSeen
     }
     EXPECT_EQ(said, times(3, hold));
 }
-
-/// Where nobody answers, a stop takes longer than a program may be without a sign of life.
 
 TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
 {

@@ -89,11 +89,15 @@ void Core::tell_the_guardian(const Line& line)
     }
 }
 
-/// In everything that takes time, so that no long call of the robot itself counts as a program that hangs.
+/// In everything that takes time, so that no long call of the robot itself counts as a program that hangs; nor does one
+/// whose stop was on its way already when somebody asked for one.
 void Core::show_life()
 {
-    if (guardian_ != nullptr)
-        guardian_->beat();
+    if (guardian_ == nullptr)
+        return;
+    guardian_->beat();
+    if (is_stopping_)
+        guardian_->stop_begun();
 }
 
 /// Until the exchanges of all buses have ended: long, where many devices answer nothing.

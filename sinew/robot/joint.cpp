@@ -5,12 +5,14 @@
 #include "sinew/base/units.hpp"
 #include "sinew/family/drivers.hpp"
 #include "sinew/robot/hold_unseen.hpp"
+#include "sinew/robot/pressing.hpp"
 #include "sinew/robot/rules.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <utility>
 
 namespace sinew::robot {
 namespace {
@@ -86,10 +88,12 @@ void Joint::failed(const Error& error, TimePoint since, const wire::Request* ask
     if (!missing_since_)
         missing_since_ = since;
     fresh_ = true;
-    const bool was_told = asked != nullptr && asked->message->info.access != wire::Access::read;
-    if (was_told && relieved_ && !must_relieve_) {
+    if (asked == nullptr || asked->message->info.access == wire::Access::read)
+        return;
+    unheard_ = true;
+    if (relieved_ && !must_relieve_) {
         must_relieve_ = retries_ > 0;
-        relief_lost_ = retries_ == 0; // the next stop tries again
+        may_press_on_ = retries_ == 0; // the next stop tries again
         retries_ = std::max(0, retries_ - 1);
     }
 }
@@ -179,7 +183,7 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    must_relieve_ = relieved_ = relief_lost_ = false;
+    must_relieve_ = relieved_ = may_press_on_ = false;
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
@@ -214,24 +218,20 @@ void Joint::overrule(Error why)
 /// What the device was told before is forgotten, or may be.
 void Joint::start_afresh(std::string why, TimePoint at)
 {
+    why += command_.mode == Mode::release ? "; it is set up again and stays released"
+           : command_.mode == Mode::brake ? "; it is set up again and stays braked"
+                                          : "; it is set up again and holds where it is";
     tell(Errc::bad_reply, why);
     silence_.reset();
     must_set_up_ = true;
     if (family().name == "nuri")
         forget_reference();
-    forget_lost_turns();
     guard_.begin(state_, at);
     if (command_.mode != Mode::release && command_.mode != Mode::brake) {
         hold_here(at);
         overrule({.code = Errc::bad_reply, .detail = std::move(why)});
     }
     fresh_ = true;
-}
-
-void Joint::forget_lost_turns()
-{
-    if (driver_->may_count_otherwise())
-        forget_reference();
 }
 
 /// `how`: held, braked or let go.
@@ -251,10 +251,12 @@ void Joint::end(TimePoint at)
 /// From the measured position, with torque.
 void Joint::begin(TimePoint at)
 {
+    const bool may_press_on = std::exchange(may_press_on_, false) && robot::may_press(device(), raw_, at);
     command_ = {.mode = Mode::release};
     silence_.reset();
     guard_.begin(state_, at);
     hold_here(at);
+    must_relieve_ = must_relieve_ || may_press_on;
 }
 
 } // namespace sinew::robot

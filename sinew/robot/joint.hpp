@@ -85,10 +85,8 @@ private:
     void come_to_rest(Mode how, TimePoint at);
     void end(TimePoint at);
     void overrule(Error why);
-    /// What it knows after power-on is left.
+    /// What it knows after power-on is left of where it stands.
     void forget_reference() { referenced_ = is_absolute_; }
-    /// After what takes the turns of some motors.
-    void forget_lost_turns();
     void start_afresh(std::string why, TimePoint at);
     void begin(TimePoint at);
     std::expected<void, Error> check_open() const;
@@ -107,8 +105,8 @@ private:
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
     /// Whether to be told to hold takes no torque from what blocks it.
     bool presses() const;
-    /// Whether it was told to hold, and what was to make it let go before has not been heard for all that is known.
-    bool waits_for_relief() const { return command_.mode == Mode::hold && (must_relieve_ || relief_lost_); }
+    /// Whether it was told to hold, and for all that is known has not heard what was to make it let go.
+    bool waits_for_relief() const { return command_.mode == Mode::hold && (must_relieve_ || may_press_on_); }
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
@@ -125,6 +123,8 @@ private:
     Mode holding(bool unseen) const;
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
+    /// Whether it was told to hold, and its last word of that is that it is off.
+    bool is_limp(Mode told) const { return told == Mode::hold && raw_.enabled && !*raw_.enabled; }
 
     const ResolvedJoint* resolved_;
     const link::Clock* clock_;
@@ -162,8 +162,10 @@ private:
     // To hold with loops that start anew (`pressing.hpp`).
     bool must_relieve_ = false;
     bool relieved_ = false; ///< by what this cycle sent
-    int retries_ = 0;          ///< so often it is still told that once more where a frame of it was not acknowledged
-    bool relief_lost_ = false; ///< nor was the last of these
+    int retries_ = 0;       ///< so often it is still told that once more where a frame of it was not acknowledged
+    /// Nor was the last of these; or it was told by another program what it does.
+    bool may_press_on_ = true;
+    bool unheard_ = false; ///< a frame of what it was told last was not acknowledged
 
     State raw_{}, state_{};
     TimePoint answered_at_{};

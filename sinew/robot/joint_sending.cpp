@@ -111,8 +111,6 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         fresh_ = false;
         if (acknowledges_)
             repetitions_ = 0;
-        if (lets_go(command))
-            forget_lost_turns();
         went_out(own, at);
     }
     // Who holds without being told where holds where he comes to rest.
@@ -153,7 +151,7 @@ std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver
 
 bool Joint::presses() const
 {
-    return robot::presses(device(), planned_, raw_, now(), interval_);
+    return robot::presses(device(), planned_, raw_, now());
 }
 
 } // namespace sinew::robot

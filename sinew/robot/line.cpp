@@ -272,17 +272,16 @@ void Line::look_after(Joint& joint, TimePoint now)
     joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
     joint.guard_.observe(joint.state_);
     joint.stillness_.look(joint.state_.position_rad);
+    if (joint.driver_->take_lost_count())
+        joint.forget_reference();
     if (joint.closed_ != nullptr && !joint.closed_by_)
         return;
     const std::string_view reset = joint.driver_->noticed_reset();
     if (!reset.empty() && !joint.must_set_up_)
-        joint.start_afresh(
-            fmt::format("{} has started afresh: {}; it is set up again and holds where it is", joint.name(), reset),
-            now);
+        joint.start_afresh(fmt::format("{} has started afresh: {}", joint.name(), reset), now);
     else if (joint.silence_ && joint.raw_.position_rad && joint.raw_.position_rad.at() > joint.silence_->since)
-        joint.start_afresh(fmt::format("{} did not answer for {:.2f} s and may have started afresh; it is set up "
-                                       "again and holds where it is",
-                                       joint.name(), seconds(joint.silence_->lasted)),
+        joint.start_afresh(fmt::format("{} did not answer for {:.2f} s and may have started afresh", joint.name(),
+                                       seconds(joint.silence_->lasted)),
                            now);
 }
 

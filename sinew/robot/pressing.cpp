@@ -4,7 +4,6 @@
 #include "sinew/robot/drive.hpp"
 #include "sinew/robot/stillness.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace sinew::robot {
@@ -12,9 +11,8 @@ namespace {
 
 constexpr double standing_rad_s = 0.02; ///< an RMD tells whole degrees per second: one of them is no motion yet
 constexpr double there_rad = units::rad(0.1);
-/// One measurement may be missing; and whoever looks once is given this long.
+/// Of a bus that is read ten times a second there is one from before a look.
 constexpr Duration long_ago = std::chrono::milliseconds{250};
-constexpr int long_ago_in_intervals = 2;
 
 bool can_be_relieved(const DeviceSpec& device)
 {
@@ -22,28 +20,26 @@ bool can_be_relieved(const DeviceSpec& device)
 }
 
 /// Not where that is not known, or was too long ago.
-bool stands(const actuator::State& state, TimePoint now, Duration interval)
+bool turns(const actuator::State& state, TimePoint now)
 {
-    const Duration oldest = std::max(long_ago, long_ago_in_intervals * interval);
     const auto& velocity = state.velocity_rad_s;
-    return velocity && std::abs(*velocity) < standing_rad_s && now - velocity.at() <= oldest &&
+    return velocity && std::abs(*velocity) >= standing_rad_s && now - velocity.at() <= long_ago &&
            (!state.position_rad || state.position_rad.at() - velocity.at() <= old_velocity);
 }
 
 } // namespace
 
-bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now, Duration interval)
+bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now)
 {
-    return can_be_relieved(device) && stands(state, now, interval);
+    return can_be_relieved(device) && !turns(state, now);
 }
 
-bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now,
-             Duration interval)
+bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now)
 {
-    if (!may_press(device, state, now, interval))
+    if (!may_press(device, state, now))
         return false;
     if (told.mode == actuator::Mode::position)
-        return state.position_rad && std::abs(*told.position_rad - *state.position_rad) > there_rad;
+        return !state.position_rad || std::abs(*told.position_rad - *state.position_rad) > there_rad;
     return sense_of(told) != 0.0;
 }
 

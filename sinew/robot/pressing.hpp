@@ -12,13 +12,12 @@
 /// it, for it has nobody to ask.
 namespace sinew::robot {
 
-/// Whether one that was told this presses on something: it stands, and not where it was sent, or is to turn.
-/// `interval`: at which it is measured.
-bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now,
-             Duration interval);
+/// Whether one that was told this may press on something: it is not seen to turn, and is not where it was sent, or is
+/// to turn. So may one of which nobody knows whether it turns: to let go of nothing costs little.
+bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now);
 
-/// For those who do not know what it was told: whatever stands may.
-bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now, Duration interval = {});
+/// For those who do not know what it was told: whatever is not seen to turn may.
+bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
 
 /// What makes it hold with loops that start anew: it is driven with nothing, and told to hold in the next frame. A load
 /// comes down by what it falls in the time of a few frames, and by what the new loop needs to take it up. `looks`: and

@@ -15,7 +15,7 @@ constexpr int most_repetitions = 3; ///< of what was not confirmed
 constexpr int most_silences = 2;    ///< so often one is told that answers nothing: each waits for a time-out
 constexpr int fewest_looks = 10;    ///< at the others, whatever time those took
 /// What nobody acknowledged may not have been heard, though where it is is answered. Not at every look: a ramp to rest
-/// that is told again begins anew.
+/// that is told again begins anew, and what is refused is refused again.
 constexpr int looks_until_it_is_told_again = 10;
 constexpr Duration between_looks = std::chrono::milliseconds{20};
 
@@ -60,12 +60,15 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             // A reading may say that it cannot do what it was told.
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
-            const bool is_limp = now == Mode::hold && joint->raw_.enabled && !*joint->raw_.enabled;
-            const bool is_unheard = !joint->acknowledges_ && look > 0 && look % looks_until_it_is_told_again == 0;
-            const bool tells = command || is_new || is_unheard || (is_limp && look < most_repetitions);
-            if (tells)
+            const bool is_unheard = joint->unheard_ || joint->is_limp(now);
+            const bool is_time = look > 0 && look % looks_until_it_is_told_again == 0;
+            const bool tells = command || is_new || (is_unheard && look < most_repetitions) ||
+                               (is_time && (is_unheard || !joint->acknowledges_));
+            if (tells) {
+                joint->unheard_ = false;
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
                     line->add(*joint, plan->all());
+            }
             const bool may_be_gone = look == 0 || joint->missing_since_;
             if (!(may_be_gone && tells && joint->acknowledges_))
                 (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
@@ -86,9 +89,9 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
         outcome.outcome = Stopped::Outcome::sent;
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
-        const bool holds = outcome.did != Mode::hold || !says_off;
-        const bool done = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
-                                                       : holds && joint.stillness_.is_at_rest();
+        const bool rests = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
+                                                        : joint.stillness_.is_at_rest();
+        const bool done = rests && !joint.unheard_ && !joint.is_limp(outcome.did);
         if (done)
             outcome.outcome = Stopped::Outcome::confirmed;
         left = left || !done;
@@ -96,9 +99,20 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
     return left;
 }
 
+/// One that is asked for meanwhile ends every exchange until it is carried out.
+bool Core::heed_another_stop()
+{
+    const bool is_asked = stop_asked_.exchange(false);
+    if (is_asked)
+        send_stop();
+    return is_asked;
+}
+
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
     for (int look = 0;; ++look) {
+        if (heed_another_stop() && clock->now() < end)
+            look = 0;
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
@@ -116,6 +130,7 @@ void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 std::vector<Joint*> Core::hold_anew(std::vector<Joint*> left)
 {
     for (int time = 0; time < most_repetitions && !left.empty(); ++time) {
+        heed_another_stop();
         std::vector<std::uint64_t> failures;
         for (const Joint* joint : left)
             failures.push_back(joint->failures_);
@@ -145,7 +160,7 @@ void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes,
     };
     for (Joint* joint : pressing) {
         joint->must_relieve_ = false;
-        joint->relief_lost_ = true;
+        joint->may_press_on_ = true;
     }
     std::erase_if(pressing, [&](const Joint* joint) {
         return outcome_of(joint).outcome != Stopped::Outcome::confirmed || outcome_of(joint).did != Mode::hold;
@@ -154,7 +169,7 @@ void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes,
         return;
     const auto left = hold_anew(pressing);
     for (Joint* joint : pressing) {
-        joint->relief_lost_ = std::ranges::find(left, joint) != left.end();
+        joint->may_press_on_ = std::ranges::find(left, joint) != left.end();
         outcome_of(joint).outcome = Stopped::Outcome::sent;
         joint->stillness_.begin();
     }
@@ -182,18 +197,17 @@ std::vector<Stopped> Core::stop(const std::string& why)
     }
     if (!fault && was_enabled && !why.empty())
         incidents.add({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
-    send_stop();
-    if (guardian_ != nullptr)
-        guardian_->stop_begun();
     stop_asked_.store(false);
+    send_stop();
+    is_stopping_ = true;
+    show_life();
     const TimePoint end = clock->now() + longest_rest;
     verify(outcomes, end);
     relieve(std::move(pressing), outcomes, end);
     tell_the_guardian_of_a_stop(outcomes);
-    for (Joint& joint : joints) {
-        joint.forget_lost_turns();
+    for (Joint& joint : joints)
         joint.command_ = joint.planned_ = {.mode = joint.policy()};
-    }
+    is_stopping_ = false;
     rest();
     return outcomes;
 }

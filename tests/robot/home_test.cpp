@@ -257,5 +257,47 @@ TEST(Home, AnLkMotorThatWasReleasedMustBeTakenHomeAgain)
     }
 }
 
+/// Its angle jumps while the shaft turns, so nothing in what it says shows that turns are gone.
+TEST(Home, AnLkMotorThatIsReleasedWhileItTurnsMustBeTakenHomeAgain)
+{
+    for (const bool by_stop : {false, true})
+        for (const Duration on_its_way : {200ms, 900ms, 1500ms}) {
+            auto file = file_of(lk_knee);
+            file.safety.policy = config::Policy::release;
+            Rig rig(file);
+            rig.enable();
+            ASSERT_EQ(said(rig.robot->home("knee")), "");
+            ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = 0.5})), "");
+            ASSERT_EQ(said(rig.run(on_its_way)), "");
+            ASSERT_TRUE(rig.robot->find("knee")->referenced());
+            if (by_stop)
+                (void)rig.robot->stop();
+            else
+                ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::release})), "");
+            (void)rig.run(100ms);
+            EXPECT_FALSE(rig.robot->find("knee")->referenced()) << by_stop;
+            for (const auto& incident : rig.robot->incidents())
+                EXPECT_EQ(incident.says.find("afresh"), std::string::npos) << incident.says;
+        }
+}
+
+TEST(Home, AMotorThatLostItsTurnsWhileTheRobotWasOnlyReadMustBeTakenHomeAgain)
+{
+    std::string text(lk_knee);
+    text.replace(text.find("lk-2.35"), 7, "rmd-2.35");
+    Rig rig(file_of(text));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->home("knee")), "");
+    (void)rig.robot->stop();
+    sim::Fault cut{.kind = sim::FaultKind::power_cut, .bus = "r", .for_s = 0.1};
+    rig.simulator->world().inject(cut);
+    for (int i = 0; i < 100; ++i) {
+        (void)rig.robot->cycle();
+        rig.simulator->clock().wait({}, rig.now() + 10ms);
+    }
+    rig.enable();
+    EXPECT_FALSE(rig.robot->find("knee")->referenced());
+}
+
 } // namespace
 } // namespace sinew::robot::test

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 /// A robot on CAN buses that lose what a test says.
 namespace sinew::robot::test {
@@ -10,6 +11,10 @@ namespace sinew::robot::test {
 struct Losses {
     std::function<bool(const wire::Frame&)> of_sent = [](const wire::Frame&) { return false; };
     std::function<bool(const wire::Frame&)> of_heard = [](const wire::Frame&) { return false; };
+    /// What another program says behind each frame.
+    std::function<std::optional<wire::Frame>(const wire::Frame&)> others = [](const wire::Frame&) {
+        return std::nullopt;
+    };
 };
 
 class LossyCan final : public link::CanLink
@@ -24,6 +29,9 @@ public:
             const auto written = link_->write(frames.subspan(i, 1));
             if (!written || *written == 0)
                 return written ? std::expected<std::size_t, Error>(i) : written;
+            if (const auto other = losses_.others(frames[i])) {
+                EXPECT_TRUE(link_->write({&*other, 1}));
+            }
         }
         return frames.size();
     }

@@ -211,6 +211,48 @@ TEST(Pressing, AStopThatNobodyHeardToLetGoInIsNotSaidToHoldUntilOneIsHeard)
     EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
 }
 
+TEST(Pressing, WhatAnotherProgramLeftPressingIsLetGoWhenTheRobotIsEnabled)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    one.losses.of_sent = [](const wire::Frame&) { return true; };
+    one.robot.reset(); // it was killed
+    ASSERT_GT(std::abs(one.simulator->world().look("knee")->current_a), 7.0);
+    link::Links links = links_of(*one.simulator);
+    auto second = Robot::open(file_of(blocked_knee), links, one.simulator->clock(), {.simulated = true});
+    ASSERT_TRUE(second && second->enable());
+    ASSERT_EQ(said(second->wait(100ms, 10ms)), "");
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
+}
+
+/// Its velocity of before is no news by then.
+TEST(Pressing, AJointThatPressesAndWasSilentBeforeTheStopIsLetGo)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    one.losses.of_heard = [](const wire::Frame&) { return true; };
+    ASSERT_EQ(said(one.robot->wait(400ms, 10ms)), "");
+    one.losses.of_heard = [](const wire::Frame&) { return false; };
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
+}
+
+TEST(Pressing, AStopThatIsAskedForAgainMeanwhileLetsGoAllTheSame)
+{
+    for (int at = 1; at < 60; ++at) {
+        LossyRobot one(blocked_knee);
+        ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+        int frames = 0;
+        one.losses.of_sent = [&](const wire::Frame&) {
+            if (++frames == at)
+                one.robot->request_stop();
+            return false;
+        };
+        EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed) << at;
+        EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0) << at;
+    }
+}
+
 TEST(Pressing, AJointOfASlowLoopIsLetGoOfAsWell)
 {
     LossyRobot one(blocked_knee);

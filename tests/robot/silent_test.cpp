@@ -1,4 +1,4 @@
-#include "tests/robot/rig.hpp"
+#include "tests/robot/lossy_can.hpp"
 
 #include <utility>
 
@@ -226,6 +226,64 @@ TEST(Silent, ANuriOfWhichTheStopWasLostIsToldAgainAlthoughItAnswers)
         EXPECT_EQ(stopped[1].outcome, Stopped::Outcome::confirmed) << seed;
         EXPECT_NEAR(rig.truth_rad_s("nuri"), 0.0, slow) << seed;
     }
+}
+
+constexpr std::string_view lk_arm = R"(
+version = 1
+[safety]
+policy = "hold"
+[bus.r]
+family = "rmd"
+[joint.knee]
+bus = "r"
+id = 1
+model = "MG"
+profile = "lk-2.35"
+velocity_max_deg_s = 60
+[joint.knee.plant]
+gravity_torque_nm = 5
+gravity_zero_deg = -60
+)";
+
+constexpr std::uint8_t motor_off = 0x80, speed_closed_loop = 0xA2, read_status_1 = 0x9A;
+
+/// A frame of the stop is lost that takes more than one of them; the answers to the others are no news of that.
+TEST(Silent, AJointThatWasBrakedAndOfWhichTheHoldOfAStopIsLostIsToldAgain)
+{
+    for (int lost = 1; lost <= 2; ++lost) {
+        LossyRobot one{std::string(lk_arm)};
+        ASSERT_EQ(said(one.run({.mode = Mode::hold}, 100ms)), "");
+        ASSERT_EQ(said(one.run({.mode = Mode::brake}, 100ms)), "");
+        int holds = 0; // the first of which is that of the ready-made stop, to a motor that is off
+        one.losses.of_sent = [&](const wire::Frame& frame) {
+            return frame.data[0] == speed_closed_loop && ++holds > 1 && holds <= 1 + lost;
+        };
+        EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed) << lost;
+        EXPECT_GT(std::abs(one.simulator->world().look("knee")->current_a), 0.1) << "it is limp";
+    }
+}
+
+TEST(Silent, AJointThatNeverHeardTheHoldOfAStopIsNotSaidToHold)
+{
+    LossyRobot one{std::string(lk_arm)};
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 500ms)), "");
+    one.losses.of_sent = [](const wire::Frame& frame) { return frame.data[0] == speed_closed_loop; };
+    EXPECT_NE(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+}
+
+/// Another program lets go of it time and again; now and then nothing is heard of that.
+TEST(Silent, AJointThatSaysItIsOffIsNotSaidToHold)
+{
+    std::string text(lk_arm);
+    text.replace(text.find("gravity_torque_nm = 5"), 21, "gravity_torque_nm = 0"); // it stands all the same
+    LossyRobot one(text);
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 500ms)), "");
+    one.losses.others = [](const wire::Frame& frame) {
+        return wire::Frame{.can_id = frame.can_id, .size = 8, .data = {motor_off}};
+    };
+    int status = 0; // each is asked for twice where no answer comes
+    one.losses.of_sent = [&](const wire::Frame& frame) { return frame.data[0] == read_status_1 && ++status % 3 != 1; };
+    EXPECT_NE(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
 }
 
 } // namespace

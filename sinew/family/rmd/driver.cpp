@@ -222,11 +222,15 @@ std::expected<void, Error> Driver::push(wire::Requests& out, double current_a) c
     return add(out, "torque-closed-loop", {{field.field, *raw}});
 }
 
-/// An LK motor that is switched off loses the turns that it has counted (field notes 1): its angle is to be read anew.
+/// An LK motor that is switched off loses the turns that it has counted (field notes 1): its angle is to be read anew,
+/// and is no sign of a reset.
 void Driver::forget_turns()
 {
-    if (spec_.profile.off_requires_run)
-        track_.forget();
+    if (!spec_.profile.off_requires_run)
+        return;
+    track_.forget();
+    angle_deg_.reset();
+    has_lost_turns_ = true;
 }
 
 std::expected<wire::Requests, Error> Driver::plan_idle()

@@ -4,6 +4,8 @@
 #include "sinew/family/rmd/models.hpp"
 #include "sinew/wire/by_name.hpp"
 
+#include <utility>
+
 namespace sinew::rmd {
 
 /// An RMD motor in SI, at its output: `Profile::gear_ratio` lies between that and the shaft whose angle it counts.
@@ -38,7 +40,7 @@ public:
     std::expected<wire::Requests, Error> plan_settings() override;
     std::expected<wire::Requests, Error> plan_reset_check() override;
     std::string_view noticed_reset() const override { return reset_; }
-    bool may_count_otherwise() const override { return has_lost_turns_; }
+    bool take_lost_count() override { return std::exchange(has_lost_turns_, false); }
 
     const Spec& spec() const { return spec_; }
     /// The current that a command of mode current or torque asks for.
@@ -90,7 +92,7 @@ private:
     bool braked_ = false;   ///< by us
     bool set_ = false;      ///< run-time settings were planned
     std::string_view reset_;
-    bool has_lost_turns_ = false;
+    bool has_lost_turns_ = false; ///< and nobody has asked since
 };
 
 } // namespace sinew::rmd

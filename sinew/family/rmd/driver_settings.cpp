@@ -83,7 +83,6 @@ std::expected<wire::Requests, Error> Driver::plan_settings()
         return std::unexpected(std::move(added.error()));
     set_ = !out.empty();
     reset_ = {};
-    has_lost_turns_ = false;
     return out;
 }
 

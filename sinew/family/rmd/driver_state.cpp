@@ -100,6 +100,8 @@ void Driver::absorb_switch(bool off, TimePoint at, actuator::State& state)
     // A motor is on after power-up (field notes 1).
     if (!off && said_off_)
         notice("it is on although it was switched off");
+    if (off && !off_) // by another program
+        forget_turns();
     off_ = said_off_ = off;
     state.enabled = {!off, at};
 }
