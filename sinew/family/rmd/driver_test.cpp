@@ -1,26 +1,13 @@
-#include "sinew/family/rmd/driver.hpp"
-
-#include "sinew/base/units.hpp"
-#include "sinew/family/rmd/lines.hpp"
+#include "sinew/family/rmd/driver_for_tests.hpp"
 #include "sinew/wire/values.hpp"
 #include "tests/support/allocations.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <gtest/gtest.h>
 #include <limits>
 
-namespace sinew::rmd {
+/// What is asked of a motor, and what it answers.
+namespace sinew::rmd::test {
 namespace {
-
-using actuator::Mode;
-
-Spec spec(std::string_view model = "MG", bool confirmed = true)
-{
-    Profile profile = profiles().front();
-    profile.max_speed_confirmed = confirmed;
-    return make_spec(*find_model(model), profile, 1);
-}
 
 template <class M>
 actuator::State read(const wire::ReplyOf<M>& reply, std::string_view model = "MG")
@@ -31,13 +18,6 @@ actuator::State read(const wire::ReplyOf<M>& reply, std::string_view model = "MG
         driver.absorb(*wire::make_request(1, M{}), *wire::encode_reply<M>(1, reply), TimePoint{}, state);
     EXPECT_TRUE(absorbed.has_value());
     return state;
-}
-
-wire::Frame frame(std::array<std::uint8_t, 8> data)
-{
-    wire::Frame out{.can_id = 0x141, .size = 8};
-    std::ranges::copy(data, out.data.begin());
-    return out;
 }
 
 TEST(RmdDriver, SendsThePrintedSpeed) // L38: 90 dps
@@ -172,20 +152,6 @@ TEST(RmdDriver, RunsAMotorThatSaysItIsOffBeforeItMovesIt) // field notes 1: moto
     EXPECT_EQ(plan->all()[0].frame.data[0], 0x88);
     ASSERT_TRUE(driver.absorb(plan->all()[0], plan->all()[0].frame, TimePoint{}, state).has_value());
     EXPECT_EQ(driver.plan({.mode = Mode::velocity, .velocity_rad_s = 1.0}, {})->all().size(), 1U);
-}
-
-Spec on_line(std::string_view name, std::string_view model = "MG")
-{
-    for (const auto& profile : profiles())
-        if (profile.line.name == name)
-            return make_spec(*find_model(model), profile, 1);
-    ADD_FAILURE() << name;
-    return spec();
-}
-
-TimePoint ms(int count)
-{
-    return TimePoint{} + std::chrono::milliseconds(count);
 }
 
 std::int64_t sent(const std::expected<wire::Requests, Error>& plan, std::string_view field)
@@ -366,218 +332,6 @@ TEST(RmdDriver, ExplainsTheEightErrorBitsOfTheLineThatHasThem) // field notes 1:
     }
 }
 
-// ---- the position from the encoder ----
-
-/// A motor that turns and answers, as far as the driver asks.
-class Turning
-{
-public:
-    explicit Turning(Driver& driver, double encoder_turns_per_turn = 1.0, int sense = 1)
-        : driver_(driver), encoder_turns_(encoder_turns_per_turn), sense_(sense)
-    {
-    }
-
-    /// One turn of a control loop; how many requests it took.
-    std::size_t cycle()
-    {
-        const auto plan = driver_.plan_cycle({.mode = Mode::velocity, .velocity_rad_s = units::rad(speed)}, state);
-        EXPECT_TRUE(plan.has_value());
-        for (const auto& asked : plan->all()) {
-            at += std::chrono::microseconds(500);
-            deg += speed * 0.0005;
-            answer(asked);
-        }
-        at += std::chrono::milliseconds(1);
-        deg += speed * 0.001;
-        return plan->all().size();
-    }
-
-    void answer(const wire::Request& asked)
-    {
-        const double turns = sense_ * deg * encoder_turns_ / 360.0;
-        const auto count = static_cast<std::int64_t>(std::llround((turns - std::floor(turns)) * 16384.0));
-        const MotorState motor{.speed = static_cast<std::int16_t>(speed),
-                               .encoder = static_cast<std::uint16_t>(count % 16384)};
-        const auto angle = MultiTurnAngle{std::llround(deg * 100.0)};
-        const auto reply =
-            asked.message == &wire::info_of<SpeedClosedLoop> ? wire::encode_reply<SpeedClosedLoop>(1, motor)
-            : asked.message == &wire::info_of<ReadStatus2>   ? wire::encode_reply<ReadStatus2>(1, motor)
-                                                             : wire::encode_reply<ReadMultiTurnAngle>(1, angle);
-        truth = deg;
-        EXPECT_TRUE(driver_.absorb(asked, *reply, at, state).has_value());
-    }
-
-    double deg = 700.0;
-    double speed = 90.0;
-    double truth = 0.0; ///< when it last answered
-    TimePoint at{};
-    actuator::State state;
-
-private:
-    Driver& driver_;
-    double encoder_turns_;
-    int sense_;
-};
-
-TEST(RmdDriver, ACycleIsOneExchangeOnceTheEncoderHasProvenItself)
-{
-    for (const int sense : {1, -1}) {
-        Driver driver(spec());
-        Turning motor(driver, 1.0, sense);
-        for (int i = 0; i < 20; ++i)
-            EXPECT_EQ(motor.cycle(), 2U) << "five degrees at 90 deg/s take 55 ms";
-        for (int i = 0; i < 20; ++i)
-            motor.cycle();
-        int asked_for_angle = 0;
-        for (int i = 0; i < 2000; ++i) {
-            if (i == 700)
-                motor.speed = -200.0;
-            asked_for_angle += motor.cycle() == 2U ? 1 : 0;
-            ASSERT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.2) << i;
-        }
-        EXPECT_NEAR(asked_for_angle, 2000.0 / 256.0, 2.0) << "checked now and then";
-    }
-}
-
-TEST(RmdDriver, NeverTellsAPositionFromAnEncoderThatCountsOtherwise)
-{
-    for (const double ratio : {4.0, 0.25, 1.0 / 9.0, 1.05}) {
-        Driver driver(spec());
-        Turning motor(driver, ratio);
-        for (int i = 0; i < 500; ++i) {
-            ASSERT_EQ(motor.cycle(), 2U) << ratio << ' ' << i;
-            ASSERT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.006) << "always that which was read";
-        }
-    }
-}
-
-TEST(RmdDriver, AsksForTheAngleAgainAfterAGapInWhichTurnsCannotBeCounted)
-{
-    Driver driver(spec());
-    Turning motor(driver);
-    for (int i = 0; i < 60; ++i)
-        motor.cycle();
-    ASSERT_EQ(motor.cycle(), 1U);
-    motor.at += std::chrono::milliseconds(60);
-    motor.deg += 300.0;
-    const auto before = motor.state.position_rad;
-    EXPECT_EQ(motor.cycle(), 1U);
-    EXPECT_EQ(motor.state.position_rad, before) << "an old position rather than a wrong one";
-    EXPECT_EQ(motor.cycle(), 2U);
-    EXPECT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.006);
-    EXPECT_EQ(motor.cycle(), 1U);
-    EXPECT_NEAR(units::deg(*motor.state.position_rad), motor.truth, 0.2);
-}
-
-// ---- run-time settings and resets ----
-
-Spec tuned(std::string_view line = "rmd-2.35")
-{
-    Spec s = on_line(line);
-    s.runtime.acceleration_rad_s2 = units::rad(500);
-    s.runtime.angle = {100, 50, 7};
-    if (line == "gyems-1.62") {
-        s.runtime.angle = {100, 50, {}};
-        s.runtime.speed = {30, 20, {}};
-        s.runtime.current = {10, 11, {}};
-    }
-    return s;
-}
-
-TEST(RmdDriver, SetsAccelerationAndGainsInRamOnly)
-{
-    Driver driver(tuned());
-    const auto settings = driver.plan_settings();
-    ASSERT_EQ(settings->all().size(), 2U);
-    EXPECT_EQ(settings->all()[0].frame, *wire::encode_request(1, WriteAccelerationRam{.acceleration = 500}));
-    EXPECT_EQ(settings->all()[1].frame, frame({0x42, 0x96, 100, 0, 50, 0, 7, 0}));
-    Driver gyems(tuned("gyems-1.62"));
-    EXPECT_EQ(gyems.plan_settings()->all()[1].frame, frame({0x31, 0, 100, 50, 30, 20, 10, 11}));
-    EXPECT_TRUE(Driver(spec()).plan_settings()->empty());
-}
-
-TEST(RmdDriver, NoticesThatItsAccelerationOrGainsAreGone)
-{
-    for (const std::string_view lost : {"acceleration", "gains"}) {
-        Driver driver(tuned());
-        ASSERT_TRUE(driver.plan_settings().has_value());
-        actuator::State state;
-        const auto say = [&](std::int32_t acceleration, std::uint8_t kp) {
-            const auto check = *driver.plan_reset_check();
-            for (const auto& asked : check.all()) {
-                const bool is_gains = asked.message == &wire::info_of<ReadParameter>;
-                if (!is_gains && asked.message != &wire::info_of<ReadAcceleration>)
-                    continue;
-                const auto reply = is_gains ? frame({0x40, 0x96, kp, 0, 50, 0, 7, 0})
-                                            : *wire::encode_reply<ReadAcceleration>(1, {.acceleration = acceleration});
-                ASSERT_TRUE(driver.absorb(asked, reply, ms(0), state));
-            }
-        };
-        say(500, 100);
-        EXPECT_EQ(driver.noticed_reset(), "");
-        say(lost == "acceleration" ? 0 : 500, lost == "gains" ? 99 : 100);
-        EXPECT_NE(driver.noticed_reset(), "") << lost;
-        ASSERT_TRUE(driver.plan_settings().has_value());
-        EXPECT_EQ(driver.noticed_reset(), "");
-    }
-}
-
-void say_angle(Driver& driver, double deg, int speed, TimePoint at)
-{
-    actuator::State state;
-    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadStatus2{}),
-                              *wire::encode_reply<ReadStatus2>(1, {.speed = static_cast<std::int16_t>(speed)}), at,
-                              state));
-    ASSERT_TRUE(driver.absorb(*wire::make_request(1, ReadMultiTurnAngle{}),
-                              *wire::encode_reply<ReadMultiTurnAngle>(1, {.angle = std::llround(deg * 100.0)}), at,
-                              state));
-}
-
-TEST(RmdDriver, NoticesThatAMotorAtRestHasLostWholeTurns) // R38
-{
-    Driver driver(spec());
-    say_angle(driver, 745.0, 0, ms(0));
-    say_angle(driver, 25.3, 0, ms(900));
-    EXPECT_NE(driver.noticed_reset(), "");
-}
-
-TEST(RmdDriver, DoesNotTakeAMoveForAReset)
-{
-    Driver sent_back(spec());
-    say_angle(sent_back, 720.0, 0, ms(0));
-    ASSERT_TRUE(sent_back.plan({.mode = Mode::position, .position_rad = 0.0}, {}).has_value());
-    say_angle(sent_back, 0.0, 0, ms(9000));
-    EXPECT_EQ(sent_back.noticed_reset(), "");
-    Driver turning(spec());
-    say_angle(turning, 745.0, 90, ms(0));
-    say_angle(turning, 25.0, 90, ms(8000));
-    EXPECT_EQ(turning.noticed_reset(), "");
-    Driver elsewhere(spec());
-    say_angle(elsewhere, 745.0, 0, ms(0));
-    say_angle(elsewhere, 50.0, 0, ms(900));
-    EXPECT_EQ(elsewhere.noticed_reset(), "");
-    say_angle(elsewhere, 770.0, 0, ms(1800));
-    EXPECT_EQ(elsewhere.noticed_reset(), "") << "turns are lost, never found";
-}
-
-TEST(RmdDriver, NoticesThatAnLkMotorIsOnAlthoughItSaidItWasOff) // field notes 1: on after power-up
-{
-    Driver driver(on_line("lk-2.35"));
-    const auto status = driver.plan_read(actuator::Depth::full)->all()[2];
-    actuator::State state;
-    const auto say = [&](std::uint8_t motor_state) {
-        ASSERT_TRUE(driver.absorb(status, frame({0x9A, 25, 0, 0, 0, 0, motor_state, 0}), ms(0), state));
-    };
-    ASSERT_TRUE(driver.plan({.mode = Mode::release}, {}).has_value());
-    say(0x00);
-    EXPECT_EQ(driver.noticed_reset(), "") << "it may take the release one frame late";
-    say(0x10);
-    EXPECT_EQ(state.enabled, false);
-    say(0x00);
-    EXPECT_NE(driver.noticed_reset(), "");
-    EXPECT_EQ(state.enabled, true);
-}
-
 TEST(RmdDriver, AsksTheHeapForNothingInSteadyUse)
 {
     Driver driver(spec());
@@ -594,4 +348,4 @@ TEST(RmdDriver, AsksTheHeapForNothingInSteadyUse)
 }
 
 } // namespace
-} // namespace sinew::rmd
+} // namespace sinew::rmd::test
