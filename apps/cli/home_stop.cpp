@@ -55,7 +55,7 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
         if (interrupted())
             break;
         done = supervised.look();
-        const Seen seen = done ? search.look(place(driven), session.clock().now()) : Seen::way;
+        const Seen seen = done ? search.look(place(driven), driven.state.current_a, session.clock().now()) : Seen::way;
         if (!done || seen == Seen::stop)
             break;
         if (n % ticks_per_line == 0)

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace sinew::cli {
 namespace {
@@ -104,16 +105,20 @@ void say_that_it_is_told(Session& session)
 std::expected<Rest, Error> bring_to_rest(Session& session, Driven& driven, Otherwise otherwise, Telling& told)
 {
     bool presses = may_press(driven);
+    const auto before_a = driven.state.current_a;
     int reliefs = 0;
     told = tell(driven, otherwise);
     Standing standing(driven);
     TimePoint end = session.clock().now() + robot::longest_rest;
+    bool was_seen_at_rest = false;
     for (int look = 1; is_worth_another(told) && !interrupted(); ++look) {
         if (told.confirmed)
             say_that_it_is_told(session);
         (void)read_state(driven, actuator::Depth::motion);
         standing.look(driven);
         if (told.confirmed && standing.is_at_rest()) {
+            if (!std::exchange(was_seen_at_rest, true) && !presses)
+                presses = may_press(driven) && robot::has_met_something(before_a, driven.state.current_a);
             if (told.rest != Rest::holds || !presses)
                 return told.rest;
             if (reliefs++ == most_reliefs)

@@ -67,9 +67,10 @@ void Stopping::look()
 /// Nobody knows what it was told before: it may press on something.
 void Stopping::relieve()
 {
+    ++reliefs_;
     if (hold_anew(*driven_, telling_))
         relief_ = Relief::done;
-    else if (++reliefs_ == most_reliefs)
+    else if (reliefs_ == most_reliefs)
         relief_ = Relief::given_up;
     standing_.emplace(*driven_);
     stands_ = false;
@@ -122,13 +123,13 @@ Error Stopping::not_seen_at_rest() const
         return Error{.code = why.code,
                      .detail = is_reached ? fmt::format("{}; {}", to_sentence(why), advice) : to_sentence(why)};
     }
+    if (relief_ == Relief::given_up || (relief_ == Relief::due && reliefs_ > 0))
+        return {.code = Errc::timeout, .detail = fmt::format("it {}", may_press_on)};
     if (!stands_)
         return {.code = Errc::timeout,
                 .detail = fmt::format("it was told to {} and still turns; switch its supply off", verb)};
     if (telling_.rest == Rest::holds && says_off())
         return {.code = Errc::timeout, .detail = "it was told to hold and says that its torque is off"};
-    if (relief_ == Relief::given_up)
-        return {.code = Errc::timeout, .detail = fmt::format("it {}", may_press_on)};
     return {.code = Errc::timeout,
             .detail =
                 fmt::format("it was told to {} and says that its torque is still on; switch its supply off", verb)};
@@ -146,12 +147,15 @@ std::expected<Told, Error> Stopping::outcome() const
 
 void see_to_rest(Session& session, std::span<Stopping> all)
 {
-    const TimePoint end = session.clock().now() + robot::longest_rest;
+    TimePoint end = session.clock().now() + robot::longest_rest;
     for (int look = 1;; ++look) {
         bool left = false;
         for (auto& one : all) {
+            const int reliefs = one.reliefs();
             if (!one.is_over())
                 one.look();
+            if (one.reliefs() != reliefs)
+                end = std::max(end, session.clock().now() + robot::rest_after_relief);
             left = left || !one.is_over();
         }
         if (!left || interrupted() || (look >= fewest_looks && session.clock().now() >= end))

@@ -36,6 +36,8 @@ public:
     bool is_worth_another_word() const;
 
     const Device& device() const { return device_; }
+    /// So often it was let go of what it may have pressed on, heard or not.
+    int reliefs() const { return reliefs_; }
     /// Of the latest telling: an error where the device was not reached, or did not confirm what it should have.
     const std::expected<void, Error>& confirmed() const { return telling_.confirmed; }
     std::expected<Told, Error> outcome() const;

@@ -61,10 +61,10 @@ private:
     // stop.cpp
     void send_stop();
     bool heed_another_stop();
-    void verify(std::vector<Stopped>& outcomes, TimePoint end);
+    void verify(std::vector<Stopped>& outcomes, TimePoint end, int look);
     std::vector<Joint*> hold_anew(std::vector<Joint*> left);
-    void relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes, TimePoint end);
-    bool ask_again(std::vector<Stopped>& outcomes, int look, bool command);
+    void relieve(std::vector<Stopped>& outcomes, TimePoint end);
+    bool ask_again(std::vector<Stopped>& outcomes, int look, bool command, TimePoint patience);
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);
     std::expected<void, Error> hand_over();

@@ -3,6 +3,9 @@
 
 namespace sinew::robot {
 
+/// What nobody acknowledges is said again after so long.
+inline constexpr Duration repetition = std::chrono::milliseconds{250};
+
 /// Whether a device that hears nothing more goes on with it without end.
 inline bool is_endless(actuator::Mode mode)
 {
@@ -25,6 +28,13 @@ inline double sense_of(const actuator::Command& command)
     default:
         return 0.0;
     }
+}
+
+/// Whether it keeps the shaft where it is, with torque. A velocity of 0 is no other frame of an RMD than a hold.
+inline bool is_to_stand(const actuator::Command& command)
+{
+    using enum actuator::Mode;
+    return command.mode == hold || (command.mode == velocity && sense_of(command) == 0.0);
 }
 
 /// Whether it drives nothing, wherever the shaft is and whatever it did before.

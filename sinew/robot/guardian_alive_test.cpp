@@ -92,22 +92,15 @@ struct SlowStop {
 
     SlowStop()
     {
-        auto started = Guardian::start({.patience = 500ms});
-        EXPECT_TRUE(started);
-        guardian.emplace(std::move(*started));
+        guardian.emplace(Guardian::start({.patience = 500ms}).value());
         const auto file =
             config::parse_robot_file("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"
                                      "model = \"SAM-5\"\n",
                                      "arm.toml");
-        EXPECT_TRUE(file);
         OpenOptions options{.links = {{"s", silent.uri}}, .guardian = &*guardian};
         options.settings.margin_at_first = options.settings.margin_least = options.settings.margin_most = 1s;
-        auto opened = Robot::open(*file, link::Links::system(), clock, options);
-        EXPECT_TRUE(opened) << to_sentence(opened.error());
-        robot.emplace(std::move(*opened));
-        auto second = link::Links::system().open(guarded.uri, clock);
-        EXPECT_TRUE(second);
-        link.emplace(std::move(*second));
+        robot.emplace(Robot::open(file.value(), link::Links::system(), clock, options).value());
+        link.emplace(link::Links::system().open(guarded.uri, clock).value());
         const std::array stop{stop_of(1)};
         EXPECT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
         guardian->beat();

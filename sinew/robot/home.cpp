@@ -112,7 +112,8 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
             // Whoever was stopped by something else stands still as well, and not at his stop.
             if (search.joint->command_.mode != Mode::velocity)
                 return false;
-            search.seen = search.search.look(search.joint->state_.position_rad, clock->now());
+            search.seen =
+                search.search.look(search.joint->state_.position_rad, search.joint->state_.current_a, clock->now());
             if (search.seen == Seen::too_far)
                 return false;
             if (search.seen == Seen::stop)

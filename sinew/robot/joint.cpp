@@ -64,6 +64,7 @@ Joint::Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const
     if (policy_ == Mode::brake && !can_.brake)
         policy_ = Mode::hold;
     unseen_hold_ = hold_unseen(*stopper_);
+    may_press_on_ = can_be_relieved(device());
     if (const auto plan = stopper_->plan({.mode = Mode::release}, {}))
         acknowledges_ = answers(resolved.device, *plan->all().back().message);
     stopper_ = make_driver(resolved.device);
@@ -91,7 +92,8 @@ void Joint::failed(const Error& error, TimePoint since, const wire::Request* ask
     if (asked == nullptr || asked->message->info.access == wire::Access::read)
         return;
     unheard_ = true;
-    if (relieved_ && !must_relieve_) {
+    const auto relief = relief_.all();
+    if (std::ranges::find(relief, asked->message, &wire::Request::message) != relief.end() && !must_relieve_) {
         must_relieve_ = retries_ > 0;
         may_press_on_ = retries_ == 0; // the next stop tries again
         retries_ = std::max(0, retries_ - 1);
@@ -183,7 +185,13 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    must_relieve_ = relieved_ = may_press_on_ = false;
+    const bool pressed = presses() || may_press_on_;
+    must_relieve_ = false;
+    may_press_on_ = pressed && is_to_stand(command);
+    relief_.clear();
+    slowing_.reset();
+    if (is_to_stand(command))
+        note_whether_it_turns();
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);
@@ -195,7 +203,7 @@ void Joint::take(const Command& command, TimePoint at)
     }
     if (command.mode == Mode::hold) {
         held_ = raw_;
-        must_relieve_ = presses();
+        must_relieve_ = std::exchange(may_press_on_, false);
         retries_ = most_retries;
     }
 }
@@ -223,9 +231,8 @@ void Joint::start_afresh(std::string why, TimePoint at)
                                           : "; it is set up again and holds where it is";
     tell(Errc::bad_reply, why);
     silence_.reset();
+    leapt_ = false;
     must_set_up_ = true;
-    if (family().name == "nuri")
-        forget_reference();
     guard_.begin(state_, at);
     if (command_.mode != Mode::release && command_.mode != Mode::brake) {
         hold_here(at);
@@ -251,9 +258,11 @@ void Joint::end(TimePoint at)
 /// From the measured position, with torque.
 void Joint::begin(TimePoint at)
 {
-    const bool may_press_on = std::exchange(may_press_on_, false) && robot::may_press(device(), raw_, at);
+    const bool may_press_on = (may_press_on_ || must_relieve_) && robot::may_press(device(), raw_, at);
+    must_relieve_ = may_press_on_ = false;
     command_ = {.mode = Mode::release};
     silence_.reset();
+    leapt_ = false;
     guard_.begin(state_, at);
     hold_here(at);
     must_relieve_ = must_relieve_ || may_press_on;

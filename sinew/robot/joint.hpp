@@ -2,6 +2,7 @@
 #include "sinew/actuator/driver.hpp"
 #include "sinew/family/families.hpp"
 #include "sinew/link/clock.hpp"
+#include "sinew/robot/drive.hpp"
 #include "sinew/robot/incidents.hpp"
 #include "sinew/robot/mounting.hpp"
 #include "sinew/robot/stillness.hpp"
@@ -105,8 +106,10 @@ private:
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
     /// Whether to be told to hold takes no torque from what blocks it.
     bool presses() const;
-    /// Whether it was told to hold, and for all that is known has not heard what was to make it let go.
-    bool waits_for_relief() const { return command_.mode == Mode::hold && (must_relieve_ || may_press_on_); }
+    /// Before it is told to hold.
+    void note_whether_it_turns();
+    /// Whether it turned then, stands now, and presses on what it has met meanwhile. Told once.
+    bool has_met_something();
     std::expected<void, Error> check_duty(const Command& command) const;
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
@@ -114,6 +117,11 @@ private:
     bool is_doubtful(Duration silence) const;
     bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
+    /// Whether it counts from where it stood at power-on, and does not say when that was (Nuri).
+    bool counts_from_power_on() const { return family().name == "nuri"; }
+    bool is_no_leap(const actuator::Measured<double>& before);
+    /// Whether it has told where it is since it was silent for so long that it may have started afresh.
+    bool is_back() const { return silence_ && raw_.position_rad && raw_.position_rad.at() > silence_->since; }
     /// One exchange. `since`: when it gives no answer, if this is the first failure in a row; `asked`: what went out;
     /// nullptr: nothing did.
     void failed(const Error& error, TimePoint since, const wire::Request* asked);
@@ -161,11 +169,15 @@ private:
     int repetitions_ = 0;    ///< still to be sent, where nobody acknowledges
     // To hold with loops that start anew (`pressing.hpp`).
     bool must_relieve_ = false;
-    bool relieved_ = false; ///< by what this cycle sent
+    wire::Requests relief_; ///< what this cycle sent for that
     int retries_ = 0;       ///< so often it is still told that once more where a frame of it was not acknowledged
     /// Nor was the last of these; or it was told by another program what it does.
-    bool may_press_on_ = true;
-    bool unheard_ = false; ///< a frame of what it was told last was not acknowledged
+    bool may_press_on_ = false;
+    struct Slowing {
+        actuator::Measured<double> current_a;
+    };
+    std::optional<Slowing> slowing_; ///< as it was when it was told to hold while it turned; until it stands
+    bool unheard_ = false;           ///< in a stop: a frame of what it was told last was not acknowledged
 
     State raw_{}, state_{};
     TimePoint answered_at_{};
@@ -178,6 +190,7 @@ private:
         Duration lasted{};
     };
     std::optional<Silence> silence_; ///< so long that it may have started afresh, and where it is is not known yet
+    bool leapt_ = false;             ///< and nobody has seen to it
     TimePoint full_at_{};            ///< the next full reading is due
     TimePoint check_at_{};           ///< the next look for a reset is due
     bool must_set_up_ = false;

@@ -11,6 +11,7 @@ namespace {
 
 /// What a shaft may jump by at most for the time between two answers, beside what it turns.
 constexpr double doubtful_way_rad = units::rad(2.0);
+constexpr double leap_in_velocities = 1.5;
 constexpr Duration longest_memory = std::chrono::milliseconds{20};
 constexpr int answers_to_believe = 3;
 /// Looks at a joint of a slow bus: one is missing, and the next comes late.
@@ -43,6 +44,27 @@ bool Joint::is_plausible(const actuator::Measured<double>& before)
     return true;
 }
 
+/// A shaft that would have turned further than the joint may counts from elsewhere. Two answers in a row say so: one
+/// alone may have been garbled and pass its checksum all the same.
+bool Joint::is_no_leap(const actuator::Measured<double>& before)
+{
+    const auto& fastest = limits().velocity_max_rad_s;
+    const auto& said = raw_.position_rad;
+    if (!counts_from_power_on() || !fastest || !before || !said || said.at() <= before.at())
+        return true;
+    const auto follows = [&](const actuator::Measured<double>& earlier) {
+        const double way = leap_in_velocities * *fastest * mounting_.ratio * seconds(said.at() - earlier.at());
+        return earlier && std::abs(*said - *earlier) <= way + doubtful_way_rad;
+    };
+    if (follows(before)) {
+        suspect_ = {};
+        return true;
+    }
+    leapt_ = follows(suspect_);
+    suspect_ = leapt_ ? actuator::Measured<double>{} : said;
+    return leapt_;
+}
+
 bool Joint::is_doubtful(Duration silence) const
 {
     return silence > std::max(doubtful_silence, lost_without_doubt * interval_);
@@ -58,7 +80,7 @@ void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoi
     const auto before = raw_.position_rad;
     if (const auto absorbed = driver_->absorb(asked, reply, at, raw_); !absorbed)
         return failed(absorbed.error(), at, &asked);
-    if (!is_plausible(before)) {
+    if (!is_plausible(before) || !is_no_leap(before)) {
         raw_.position_rad = before;
         if (before)
             return; // and it counts as no answer

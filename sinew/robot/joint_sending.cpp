@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 /// What goes out to a joint in a cycle and in a stop.
 namespace sinew::robot {
@@ -12,8 +13,6 @@ namespace {
 
 /// The loop may have been late; what it was late by is not walked at once.
 constexpr Duration longest_step = std::chrono::milliseconds{50};
-/// What nobody acknowledges is said again after so long.
-constexpr Duration repetition = std::chrono::milliseconds{250};
 
 } // namespace
 
@@ -89,7 +88,9 @@ void Joint::went_out(const Command& own, TimePoint at)
 
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
-    relieved_ = false;
+    relief_.clear();
+    if (command_.mode == Mode::hold && has_met_something())
+        must_relieve_ = true;
     if (!may_send())
         return plan_look(resolution_rad);
     const Command command = next(at);
@@ -104,7 +105,8 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     if (!requests)
         return requests;
     if (sends) {
-        relieved_ = relieves;
+        if (relieves)
+            relief_ = *requests;
         must_relieve_ = false;
         if (!fresh_)
             repetitions_ = std::max(0, repetitions_ - 1);
@@ -147,6 +149,19 @@ Mode Joint::stopping(bool unseen) const
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const
 {
     return driver.plan({.mode = stopping(unseen)}, raw_);
+}
+
+void Joint::note_whether_it_turns()
+{
+    if (robot::may_meet_something(device(), planned_, raw_, now()))
+        slowing_ = Slowing{raw_.current_a};
+}
+
+bool Joint::has_met_something()
+{
+    if (!slowing_ || !robot::may_press(device(), raw_, now()))
+        return false;
+    return robot::has_met_something(std::exchange(slowing_, std::nullopt)->current_a, raw_.current_a);
 }
 
 bool Joint::presses() const

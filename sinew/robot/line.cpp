@@ -272,14 +272,20 @@ void Line::look_after(Joint& joint, TimePoint now)
     joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
     joint.guard_.observe(joint.state_);
     joint.stillness_.look(joint.state_.position_rad);
-    if (joint.driver_->take_lost_count())
+    const std::string_view reset = joint.driver_->noticed_reset();
+    const bool is_afresh = joint.counts_from_power_on() && (!reset.empty() || joint.leapt_ || joint.is_back());
+    if (joint.driver_->take_lost_count() || is_afresh)
         joint.forget_reference();
     if (joint.closed_ != nullptr && !joint.closed_by_)
         return;
-    const std::string_view reset = joint.driver_->noticed_reset();
     if (!reset.empty() && !joint.must_set_up_)
         joint.start_afresh(fmt::format("{} has started afresh: {}", joint.name(), reset), now);
-    else if (joint.silence_ && joint.raw_.position_rad && joint.raw_.position_rad.at() > joint.silence_->since)
+    else if (joint.leapt_)
+        joint.start_afresh(fmt::format("{} has turned further between two answers than it may, and may have started "
+                                       "afresh where it stands",
+                                       joint.name()),
+                           now);
+    else if (joint.is_back())
         joint.start_afresh(fmt::format("{} did not answer for {:.2f} s and may have started afresh", joint.name(),
                                        seconds(joint.silence_->lasted)),
                            now);

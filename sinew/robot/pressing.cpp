@@ -14,10 +14,9 @@ constexpr double there_rad = units::rad(0.1);
 /// Of a bus that is read ten times a second there is one from before a look.
 constexpr Duration long_ago = std::chrono::milliseconds{250};
 
-bool can_be_relieved(const DeviceSpec& device)
-{
-    return std::holds_alternative<rmd::Spec>(device);
-}
+/// GUESS: what friction, and the noise of a current, make of it.
+constexpr double another_a = 0.3;
+constexpr double another_share = 0.25;
 
 /// Not where that is not known, or was too long ago.
 bool turns(const actuator::State& state, TimePoint now)
@@ -27,20 +26,49 @@ bool turns(const actuator::State& state, TimePoint now)
            (!state.position_rad || state.position_rad.at() - velocity.at() <= old_velocity);
 }
 
+/// Its torque is nothing that anybody would feel. GUESS.
+constexpr double idle_a = 0.1;
+
+bool is_idle(const actuator::State& state, TimePoint now)
+{
+    return state.current_a && std::abs(*state.current_a) < idle_a && now - state.current_a.at() <= long_ago;
+}
+
+bool drives(const actuator::Command& told, const actuator::State& state)
+{
+    if (told.mode == actuator::Mode::position)
+        return !state.position_rad || std::abs(*told.position_rad - *state.position_rad) > there_rad;
+    return sense_of(told) != 0.0;
+}
+
 } // namespace
+
+bool can_be_relieved(const DeviceSpec& device)
+{
+    return std::holds_alternative<rmd::Spec>(device);
+}
 
 bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now)
 {
-    return can_be_relieved(device) && !turns(state, now);
+    return can_be_relieved(device) && !turns(state, now) && !is_idle(state, now);
 }
 
 bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now)
 {
-    if (!may_press(device, state, now))
-        return false;
-    if (told.mode == actuator::Mode::position)
-        return !state.position_rad || std::abs(*told.position_rad - *state.position_rad) > there_rad;
-    return sense_of(told) != 0.0;
+    return may_press(device, state, now) && drives(told, state);
+}
+
+bool may_meet_something(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state,
+                        TimePoint now)
+{
+    return can_be_relieved(device) && turns(state, now) && drives(told, state);
+}
+
+bool has_met_something(const actuator::Measured<double>& before_a, const actuator::Measured<double>& now_a)
+{
+    if (!before_a || !now_a)
+        return true;
+    return std::abs(*now_a - *before_a) > another_a + another_share * std::abs(*before_a);
 }
 
 std::expected<wire::Requests, Error> plan_hold_anew(actuator::Driver& driver, const actuator::State& state, bool looks)

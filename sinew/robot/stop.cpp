@@ -17,6 +17,8 @@ constexpr int fewest_looks = 10;    ///< at the others, whatever time those took
 /// What nobody acknowledged may not have been heard, though where it is is answered. Not at every look: a ramp to rest
 /// that is told again begins anew, and what is refused is refused again.
 constexpr int looks_until_it_is_told_again = 10;
+/// Noise that takes the stop away and all answers ends some time; what turns must hear it then.
+constexpr Duration patience_with_silence = std::chrono::milliseconds{500};
 constexpr Duration between_looks = std::chrono::milliseconds{20};
 
 } // namespace
@@ -42,14 +44,18 @@ void Core::send_stop()
 
 /// One look at all joints that have not confirmed yet, told again what they have to do where `command`. Each time-out
 /// of one that does not answer keeps the others waiting: nobody is asked for more than where he is before he has
-/// answered, nor for that where his answer to the command says that he is there, and who never answers is given up.
-/// Whether any is left.
-bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
+/// answered, nor for that where his answer to the command says that he is there, and who never answers is given up as
+/// long as another is on his way to rest, and wholly from `patience` on. Whether any is left.
+bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command, TimePoint patience)
 {
-    const bool gives_up = look >= most_silences;
     const TimePoint begun = clock->now();
+    const bool is_one_on_its_way =
+        std::ranges::any_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
+    const bool gives_up = look >= most_silences && (is_one_on_its_way || begun >= patience);
     const auto is_over = [&](const Stopped& one) {
-        return one.outcome == Stopped::Outcome::confirmed || (gives_up && one.outcome == Stopped::Outcome::failed);
+        // A link that is back sends its stop first, which ends what it was asked: that is no silence.
+        const bool is_silent = one.outcome == Stopped::Outcome::failed && one.why.code != Errc::stopped;
+        return one.outcome == Stopped::Outcome::confirmed || (gives_up && is_silent);
     };
     for (auto& line : lines) {
         line->clear();
@@ -64,11 +70,11 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
             const bool is_time = look > 0 && look % looks_until_it_is_told_again == 0;
             const bool tells = command || is_new || (is_unheard && look < most_repetitions) ||
                                (is_time && (is_unheard || !joint->acknowledges_));
-            if (tells) {
-                joint->unheard_ = false;
-                if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost()))
+            if (tells)
+                if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost())) {
+                    joint->unheard_ = false;
                     line->add(*joint, plan->all());
-            }
+                }
             const bool may_be_gone = look == 0 || joint->missing_since_;
             if (!(may_be_gone && tells && joint->acknowledges_))
                 (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
@@ -78,8 +84,10 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
     bool left = false;
     for (Joint& joint : joints) {
         auto& outcome = outcomes[static_cast<std::size_t>(&joint - joints.data())];
-        if (is_over(outcome))
+        if (is_over(outcome)) {
+            left = left || (outcome.outcome == Stopped::Outcome::failed && begun < patience);
             continue;
+        }
         const bool answered = joint.answered_at_ >= begun;
         if (!answered) {
             outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
@@ -89,9 +97,9 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command)
         outcome.outcome = Stopped::Outcome::sent;
         const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
         const bool may_say_off = joint.driver_->capabilities().measures_enabled;
-        const bool rests = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
-                                                        : joint.stillness_.is_at_rest();
-        const bool done = rests && !joint.unheard_ && !joint.is_limp(outcome.did);
+        const bool has_obeyed = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
+                                                             : joint.stillness_.is_at_rest();
+        const bool done = has_obeyed && !joint.unheard_ && !joint.is_limp(outcome.did);
         if (done)
             outcome.outcome = Stopped::Outcome::confirmed;
         left = left || !done;
@@ -108,15 +116,17 @@ bool Core::heed_another_stop()
     return is_asked;
 }
 
-void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
+/// From this look on.
+void Core::verify(std::vector<Stopped>& outcomes, TimePoint end, int look)
 {
-    for (int look = 0;; ++look) {
+    const TimePoint patience = clock->now() + (look == 0 ? patience_with_silence : Duration{});
+    for (const int first = look;; ++look) {
         if (heed_another_stop() && clock->now() < end)
             look = 0;
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, look, command) || (look >= fewest_looks && clock->now() >= end))
+        if (!ask_again(outcomes, look, command, patience) || (look >= first + fewest_looks && clock->now() >= end))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
@@ -151,20 +161,21 @@ std::vector<Joint*> Core::hold_anew(std::vector<Joint*> left)
     return left;
 }
 
-/// Of joints that press on something, those that hold. One of which that is not known to have been heard is not said to
-/// hold, and the next stop tries again.
-void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes, TimePoint end)
+/// Joints that hold and may press on something. One of which that is not known to have been heard is not said to hold,
+/// and the next stop tries again.
+void Core::relieve(std::vector<Stopped>& outcomes, TimePoint end)
 {
     const auto outcome_of = [&](const Joint* joint) -> Stopped& {
         return outcomes[static_cast<std::size_t>(joint - joints.data())];
     };
-    for (Joint* joint : pressing) {
-        joint->must_relieve_ = false;
-        joint->may_press_on_ = true;
+    std::vector<Joint*> pressing;
+    for (Joint& joint : joints) {
+        const Stopped& outcome = outcome_of(&joint);
+        joint.may_press_on_ =
+            joint.may_press_on_ || std::exchange(joint.must_relieve_, false) || joint.has_met_something();
+        if (joint.may_press_on_ && outcome.outcome == Stopped::Outcome::confirmed && outcome.did == Mode::hold)
+            pressing.push_back(&joint);
     }
-    std::erase_if(pressing, [&](const Joint* joint) {
-        return outcome_of(joint).outcome != Stopped::Outcome::confirmed || outcome_of(joint).did != Mode::hold;
-    });
     if (pressing.empty())
         return;
     const auto left = hold_anew(pressing);
@@ -173,7 +184,8 @@ void Core::relieve(std::vector<Joint*> pressing, std::vector<Stopped>& outcomes,
         outcome_of(joint).outcome = Stopped::Outcome::sent;
         joint->stillness_.begin();
     }
-    verify(outcomes, std::max(end, clock->now() + rest_after_relief));
+    // Who was given up as silent is not asked again.
+    verify(outcomes, std::max(end, clock->now() + rest_after_relief), most_repetitions);
     for (const Joint* joint : left) {
         outcome_of(joint).outcome = Stopped::Outcome::failed;
         outcome_of(joint).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
@@ -185,10 +197,9 @@ std::vector<Stopped> Core::stop(const std::string& why)
     const bool was_enabled = enabled;
     enabled = false;
     std::vector<Stopped> outcomes;
-    std::vector<Joint*> pressing;
     for (Joint& joint : joints) {
-        if (joint.presses() || joint.waits_for_relief())
-            pressing.push_back(&joint);
+        joint.may_press_on_ = joint.may_press_on_ || joint.presses();
+        joint.note_whether_it_turns();
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
@@ -202,8 +213,10 @@ std::vector<Stopped> Core::stop(const std::string& why)
     is_stopping_ = true;
     show_life();
     const TimePoint end = clock->now() + longest_rest;
-    verify(outcomes, end);
-    relieve(std::move(pressing), outcomes, end);
+    for (Joint& joint : joints)
+        joint.relief_.clear(); // what was under way is over
+    verify(outcomes, end, 0);
+    relieve(outcomes, end);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)
         joint.command_ = joint.planned_ = {.mode = joint.policy()};

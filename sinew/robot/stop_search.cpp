@@ -32,7 +32,8 @@ StopSearch::StopSearch(const config::Joint& joint, double from_rad, TimePoint be
 {
 }
 
-StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, TimePoint now)
+StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, const actuator::Measured<double>& current_a,
+                                  TimePoint now)
 {
     if (now >= until_)
         return Seen::too_far;
@@ -43,11 +44,16 @@ StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, TimePo
     const double travelled = travelled_rad_ + std::min(way, 2.0 * velocity_rad_s_ * seconds(here.at() - looked_at_));
     const Duration time = here.at() - since_;
     if (time >= stand_still) {
-        if (way < share_of_way * velocity_rad_s_ * seconds(time))
+        const bool stands = way < share_of_way * velocity_rad_s_ * seconds(time);
+        const bool is_idle =
+            current_a && std::abs(*current_a) < least_push_a && here.at() - current_a.at() < stand_still;
+        if (stands && (!is_idle || stood_idle_))
             return Seen::stop;
+        stood_idle_ = stands;
         from_rad_ = *here;
         travelled_rad_ = travelled;
-        looked_at_ = since_ = here.at();
+        looked_at_ = here.at();
+        since_ = stands ? here.at() + gets_going : here.at();
     }
     return travelled >= longest_rad_ ? Seen::too_far : Seen::way;
 }

@@ -2,6 +2,7 @@
 #include "sinew/actuator/measured.hpp"
 #include "sinew/base/units.hpp"
 #include "sinew/config/robot_file.hpp"
+#include "sinew/robot/drive.hpp"
 
 #include <string>
 
@@ -18,7 +19,9 @@ double longest_search_rad(const config::Joint& joint);
 inline constexpr double beyond_range_rad = units::rad(20.0);
 
 /// Whether a joint that turns against its stop has found it: it gets along by less than a share of what it would in the
-/// time of the measurements. Pure; the caller turns it.
+/// time of the measurements, and pushes, where its current tells. One that stands and does not push may have started
+/// afresh: it has the time to be told again and to get going before that passes for its stop. Pure; the caller turns
+/// it.
 class StopSearch
 {
 public:
@@ -31,6 +34,8 @@ public:
     /// So long it must get along by less than a share of its way before something is in it.
     static constexpr Duration stand_still = std::chrono::milliseconds{200};
     static constexpr Duration gets_going = std::chrono::seconds{1};
+    static_assert(gets_going > 2 * repetition);
+    static constexpr double least_push_a = 0.05; ///< less is none: half a step of the coarsest reading (Nuri)
     static constexpr double share_of_way = 0.3;
 
     StopSearch() = default;
@@ -38,7 +43,8 @@ public:
     StopSearch(const config::Joint& joint, double from_rad, TimePoint begin);
 
     /// In the time of the measurements: one that is missing must not pass for a joint that does not get along.
-    Seen look(const actuator::Measured<double>& here, TimePoint now);
+    /// `current_a`: of the device, none where it is not known.
+    Seen look(const actuator::Measured<double>& here, const actuator::Measured<double>& current_a, TimePoint now);
     /// Why it ends `too_far`.
     std::string says(const std::string& joint) const;
 
@@ -50,6 +56,7 @@ private:
     TimePoint looked_at_{}; ///< at `from_rad_`
     TimePoint since_{};     ///< and from then on it must get along
     TimePoint until_{};
+    bool stood_idle_ = false; ///< without a push, once
 };
 
 } // namespace sinew::robot

@@ -61,6 +61,7 @@ public:
     }
     std::span<const Request> all() const { return std::span(all_).first(size_); }
     bool empty() const { return size_ == 0; }
+    void clear() { size_ = 0; }
 
 private:
     std::array<Request, capacity> all_{};

@@ -1,3 +1,4 @@
+#include "sinew/family/nuri/messages.hpp"
 #include "tests/robot/rig.hpp"
 
 /// Looking for a stop that is not there, or not where it is looked for.
@@ -279,6 +280,33 @@ TEST(Home, AnLkMotorThatIsReleasedWhileItTurnsMustBeTakenHomeAgain)
             for (const auto& incident : rig.robot->incidents())
                 EXPECT_EQ(incident.says.find("afresh"), std::string::npos) << incident.says;
         }
+}
+
+/// By its supply that failed for a moment, or by another program; only where it says that it is tells so.
+TEST(Home, ANuriThatCountsFromElsewhereMustBeTakenHomeAgain)
+{
+    for (const bool is_stopped : {false, true}) {
+        Rig rig(file_of(waist(range, "direction = -1\nposition_deg = -90\nvelocity_deg_s = 30",
+                              "[joint.waist.plant]\nstop_min_deg = -90\n")));
+        rig.enable();
+        const Joint& joint = *rig.robot->find("waist");
+        ASSERT_EQ(said(rig.robot->home("waist")), "");
+        ASSERT_EQ(said(rig.robot->set("waist", {.mode = Mode::position, .position_rad = 1.0, .velocity_rad_s = 0.5})),
+                  "");
+        ASSERT_EQ(said(rig.run(3s)), "");
+        ASSERT_TRUE(joint.referenced());
+        if (is_stopped)
+            (void)rig.robot->stop();
+        bus::Result result;
+        const auto reset = *wire::make_request(1, nuri::ResetPosition{});
+        ASSERT_TRUE(rig.robot->buses().front()->exchange({&reset, 1}, {&result, 1}));
+        for (int i = 0; i < 50; ++i) {
+            (void)rig.robot->cycle();
+            rig.simulator->clock().wait({}, rig.now() + 10ms);
+        }
+        EXPECT_FALSE(joint.referenced()) << is_stopped;
+        EXPECT_NEAR(units::deg(rig.truth_rad_s("waist")), 0.0, 0.1);
+    }
 }
 
 TEST(Home, AMotorThatLostItsTurnsWhileTheRobotWasOnlyReadMustBeTakenHomeAgain)

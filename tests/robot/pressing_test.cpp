@@ -249,8 +249,55 @@ TEST(Pressing, AStopThatIsAskedForAgainMeanwhileLetsGoAllTheSame)
             return false;
         };
         EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed) << at;
+        EXPECT_GE(frames, at);
         EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0) << at;
     }
+}
+
+/// The relief was on its way when the stop ended it.
+TEST(Pressing, AStopThatComesBetweenAHoldAndItsReliefLetsGoAllTheSame)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    const auto ran = one.robot->run(10ms, [&](Robot& robot) {
+        EXPECT_TRUE(one.knee().set({.mode = Mode::hold}));
+        robot.request_stop();
+    });
+    EXPECT_FALSE(ran);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
+}
+
+/// Both are one frame, which takes no torque away.
+TEST(Pressing, AJointThatPressesAndIsToldAVelocityOfZeroIsLetGoOnceItIsToHold)
+{
+    for (const bool by_stop : {false, true}) {
+        LossyRobot one(blocked_knee);
+        ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+        ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.0}, 100ms)), "");
+        if (by_stop) {
+            EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+        } else {
+            ASSERT_EQ(said(one.run({.mode = Mode::hold}, 100ms)), "");
+        }
+        EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0) << by_stop;
+    }
+}
+
+TEST(Pressing, AStopBehindAnotherOneThatLostAnAnswerLetsGoNoSecondTime)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0, holds = 0;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        let_go += frame.data[0] == torque_closed_loop ? 1 : 0;
+        return let_go == 1 && frame.data[0] == speed_closed_loop && ++holds == 3;
+    };
+    ASSERT_TRUE(one.knee().set({.mode = Mode::hold}));
+    ASSERT_TRUE(one.robot->cycle());
+    for (int stop = 0; stop < 2; ++stop)
+        EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed) << stop;
+    EXPECT_GE(holds, 3);
+    EXPECT_EQ(let_go, 1);
 }
 
 TEST(Pressing, AJointOfASlowLoopIsLetGoOfAsWell)

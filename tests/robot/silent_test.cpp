@@ -271,6 +271,23 @@ TEST(Silent, AJointThatNeverHeardTheHoldOfAStopIsNotSaidToHold)
     EXPECT_NE(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
 }
 
+/// The stop is lost in noise and so is every answer, for some time.
+TEST(Silent, AJointThatHearsNothingOfAStopForAWhileIsStoppedAllTheSame)
+{
+    for (const auto* joint : {"sam", "nuri", "rmd"}) {
+        Rig rig(file_of(three));
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->set(joint, {.mode = Mode::velocity, .velocity_rad_s = 0.4})), "");
+        ASSERT_EQ(said(rig.run(300ms)), "");
+        sim::Fault noise{.kind = sim::FaultKind::drop_bytes, .bus = std::string(1, joint[0]), .for_s = 0.25};
+        rig.simulator->world().inject(noise);
+        rig.simulator->clock().wait({}, rig.now() + 1ms); // it begins with a step of the world
+        (void)rig.robot->stop();
+        rig.simulator->clock().wait({}, rig.now() + 500ms);
+        EXPECT_NEAR(rig.truth_rad_s(joint), 0.0, slow) << joint;
+    }
+}
+
 /// Another program lets go of it time and again; now and then nothing is heard of that.
 TEST(Silent, AJointThatSaysItIsOffIsNotSaidToHold)
 {
