@@ -55,7 +55,7 @@ bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint
 
 bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now)
 {
-    return may_press(device, state, now) && drives(told, state);
+    return can_be_relieved(device) && !turns(state, now) && drives(told, state);
 }
 
 bool may_meet_something(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state,

@@ -16,7 +16,7 @@ namespace sinew::robot {
 bool can_be_relieved(const DeviceSpec& device);
 
 /// Whether one that was told this may press on something: it is not seen to turn, and is not where it was sent, or is
-/// to turn. So may one of which nobody knows whether it turns; not one that is seen to take no current.
+/// to turn. So may one of which nobody knows whether it turns, and one that takes no current yet: its loop gathers it.
 bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now);
 
 /// Whether one that was told this is driven on, and turns for all that is known: it may meet something before it holds.
@@ -27,7 +27,7 @@ bool may_meet_something(const DeviceSpec& device, const actuator::Command& told,
 /// than before. What only carries a load takes the same, but for its friction. Where neither is known it may.
 bool has_met_something(const actuator::Measured<double>& before_a, const actuator::Measured<double>& now_a);
 
-/// For those who do not know what it was told: whatever is not seen to turn may.
+/// For those who do not know what it was told: whatever is not seen to turn may, but for what is seen to take no current.
 bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
 
 /// What makes it hold with loops that start anew: it is driven with nothing, and told to hold in the next frame. A load
