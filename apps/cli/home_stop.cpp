@@ -68,6 +68,12 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
     if (!done)
         return ended_by(stopped_for(session, driven, done.error(), Otherwise::release));
     const double stop_rad = *driven.state.position_rad; // else it would not be found
+    if (read_state(driven, actuator::Depth::full) && driven.state.enabled && !*driven.state.enabled)
+        return ended_by(stopped_for(
+            session, driven,
+            {.code = Errc::unsupported,
+             .detail = fmt::format("{} stands still because it is off, and not at its stop", driven.device.name)},
+            Otherwise::release));
     const auto rest = come_to_rest(session, driven, Otherwise::release);
     if (!rest)
         return std::unexpected(rest.error());

@@ -61,7 +61,7 @@ private:
     // stop.cpp
     void send_stop();
     bool heed_another_stop();
-    void verify(std::vector<Stopped>& outcomes, TimePoint end, int look);
+    void verify(std::vector<Stopped>& outcomes, TimePoint end);
     std::vector<Joint*> hold_anew(std::vector<Joint*> left);
     void relieve(std::vector<Stopped>& outcomes, TimePoint end);
     bool ask_again(std::vector<Stopped>& outcomes, int look, bool command, TimePoint patience);

@@ -114,6 +114,8 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
                 return false;
             search.seen =
                 search.search.look(search.joint->state_.position_rad, search.joint->state_.current_a, clock->now());
+            if (search.seen == Seen::stop && search.joint->is_limp(Mode::hold))
+                search.seen = Seen::way; // whoever is off stands still as well
             if (search.seen == Seen::too_far)
                 return false;
             if (search.seen == Seen::stop)

@@ -185,13 +185,14 @@ void Joint::take(const Command& command, TimePoint at)
     fresh_ = true;
     repetitions_ = 1;
     walk_.reset();
-    const bool pressed = presses() || may_press_on_;
+    const bool pressed = presses() || may_press_on_ || must_relieve_;
     must_relieve_ = false;
     may_press_on_ = pressed && is_to_stand(command);
     relief_.clear();
-    slowing_.reset();
     if (is_to_stand(command))
         note_whether_it_turns();
+    else
+        slowing_.reset();
     if (command.duration && command.mode == Mode::position) {
         deadline_ = at + *command.duration;
         mean_velocity_rad_s_ = std::abs(*command.position_rad - here) / seconds(*command.duration);

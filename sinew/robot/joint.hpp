@@ -177,7 +177,11 @@ private:
         actuator::Measured<double> current_a;
     };
     std::optional<Slowing> slowing_; ///< as it was when it was told to hold while it turned; until it stands
-    bool unheard_ = false;           ///< in a stop: a frame of what it was told last was not acknowledged
+    // In a stop.
+    bool unheard_ = false;        ///< a frame of what it was told last was not acknowledged
+    int silences_ = 0;            ///< looks in a row that it did not answer
+    bool is_heard_again_ = false; ///< it answered the last look, and not the one before
+    bool is_given_up_ = false;
 
     State raw_{}, state_{};
     TimePoint answered_at_{};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 /// What a joint believes of what its device answers.
 namespace sinew::robot {
@@ -44,25 +45,27 @@ bool Joint::is_plausible(const actuator::Measured<double>& before)
     return true;
 }
 
-/// A shaft that would have turned further than the joint may counts from elsewhere. Two answers in a row say so: one
-/// alone may have been garbled and pass its checksum all the same.
+/// A shaft that would have turned further than the joint may counts from elsewhere, if the next answer says that it
+/// stands there or turns no faster than it may. One answer alone may have been garbled and pass its checksum all the
+/// same; two in a row are never refused, for a shaft may really turn too fast. A hand may turn what was let go.
 bool Joint::is_no_leap(const actuator::Measured<double>& before)
 {
     const auto& fastest = limits().velocity_max_rad_s;
     const auto& said = raw_.position_rad;
-    if (!counts_from_power_on() || !fastest || !before || !said || said.at() <= before.at())
+    if (!counts_from_power_on() || lets_go(command_) || !fastest || !before || !said || said.at() <= before.at())
         return true;
     const auto follows = [&](const actuator::Measured<double>& earlier) {
         const double way = leap_in_velocities * *fastest * mounting_.ratio * seconds(said.at() - earlier.at());
-        return earlier && std::abs(*said - *earlier) <= way + doubtful_way_rad;
+        return std::abs(*said - *earlier) <= way + doubtful_way_rad;
     };
-    if (follows(before)) {
-        suspect_ = {};
+    const auto suspect = std::exchange(suspect_, {});
+    if (follows(before))
         return true;
-    }
-    leapt_ = follows(suspect_);
-    suspect_ = leapt_ ? actuator::Measured<double>{} : said;
-    return leapt_;
+    if (suspect)
+        leapt_ = leapt_ || follows(suspect);
+    else
+        suspect_ = said;
+    return suspect.has_value();
 }
 
 bool Joint::is_doubtful(Duration silence) const

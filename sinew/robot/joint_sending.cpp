@@ -74,8 +74,8 @@ bool Joint::may_send() const
 std::expected<wire::Requests, Error> Joint::plan_look(double resolution_rad)
 {
     const bool is_to_end = is_endless(planned_.mode) && !same(mounting_.to_actuator(command_), planned_);
-    const bool is_to_stand = command_.mode == Mode::velocity && sense_of(command_) == 0.0;
-    if (is_to_end || is_to_stand)
+    const bool is_to_turn_no_more = command_.mode == Mode::velocity && sense_of(command_) == 0.0;
+    if (is_to_end || is_to_turn_no_more)
         return driver_->plan_cycle({.mode = unseen_hold_}, raw_);
     return driver_->plan_read(Depth::motion, resolution_rad);
 }
@@ -153,15 +153,18 @@ std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver
 
 void Joint::note_whether_it_turns()
 {
-    if (robot::may_meet_something(device(), planned_, raw_, now()))
-        slowing_ = Slowing{raw_.current_a};
+    if (!robot::may_meet_something(device(), planned_, raw_, now()))
+        return;
+    slowing_ = Slowing{raw_.current_a};
+    stillness_.begin();
 }
 
 bool Joint::has_met_something()
 {
-    if (!slowing_ || !robot::may_press(device(), raw_, now()))
+    if (!slowing_ || !stillness_.is_at_rest())
         return false;
-    return robot::has_met_something(std::exchange(slowing_, std::nullopt)->current_a, raw_.current_a);
+    const auto before_a = std::exchange(slowing_, std::nullopt)->current_a;
+    return robot::may_press(device(), raw_, now()) && robot::has_met_something(before_a, raw_.current_a);
 }
 
 bool Joint::presses() const

@@ -24,10 +24,11 @@ bool may_meet_something(const DeviceSpec& device, const actuator::Command& told,
                         TimePoint now);
 
 /// Whether one that turned when it was told to hold presses on something now that it stands: it takes another current
-/// than before. What only carries a load takes the same, but for its friction. Where neither is known it may.
+/// than before. What only carries a load takes the same, but for its friction. Where one of them is not known it may.
 bool has_met_something(const actuator::Measured<double>& before_a, const actuator::Measured<double>& now_a);
 
-/// For those who do not know what it was told: whatever is not seen to turn may, but for what is seen to take no current.
+/// For those who do not know what it was told: whatever is not seen to turn may, but for what is seen to take no
+/// current.
 bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint now);
 
 /// What makes it hold with loops that start anew: it is driven with nothing, and told to hold in the next frame. A load

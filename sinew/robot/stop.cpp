@@ -51,23 +51,22 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command, Tim
     const TimePoint begun = clock->now();
     const bool is_one_on_its_way =
         std::ranges::any_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
-    const bool gives_up = look >= most_silences && (is_one_on_its_way || begun >= patience);
-    const auto is_over = [&](const Stopped& one) {
-        // A link that is back sends its stop first, which ends what it was asked: that is no silence.
-        const bool is_silent = one.outcome == Stopped::Outcome::failed && one.why.code != Errc::stopped;
-        return one.outcome == Stopped::Outcome::confirmed || (gives_up && is_silent);
+    const bool gives_up = is_one_on_its_way || begun >= patience;
+    const auto is_over = [&](const Joint& joint, const Stopped& one) {
+        return one.outcome == Stopped::Outcome::confirmed || joint.is_given_up_ ||
+               (gives_up && joint.silences_ >= most_silences);
     };
     for (auto& line : lines) {
         line->clear();
         for (Joint* joint : line->joints()) {
             auto& outcome = outcomes[static_cast<std::size_t>(joint - joints.data())];
-            if (is_over(outcome))
+            if (is_over(*joint, outcome))
                 continue;
             // A reading may say that it cannot do what it was told.
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
             const bool is_unheard = joint->unheard_ || joint->is_limp(now);
-            const bool is_time = look > 0 && look % looks_until_it_is_told_again == 0;
+            const bool is_time = (look > 0 && look % looks_until_it_is_told_again == 0) || joint->is_heard_again_;
             const bool tells = command || is_new || (is_unheard && look < most_repetitions) ||
                                (is_time && (is_unheard || !joint->acknowledges_));
             if (tells)
@@ -84,11 +83,15 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command, Tim
     bool left = false;
     for (Joint& joint : joints) {
         auto& outcome = outcomes[static_cast<std::size_t>(&joint - joints.data())];
-        if (is_over(outcome)) {
-            left = left || (outcome.outcome == Stopped::Outcome::failed && begun < patience);
+        if (is_over(joint, outcome)) {
+            left = left || (outcome.outcome == Stopped::Outcome::failed && !joint.is_given_up_ && begun < patience);
             continue;
         }
         const bool answered = joint.answered_at_ >= begun;
+        // A link that is back sends its stop first, which ends what it was asked: that is no silence.
+        const bool is_cut_short = !answered && joint.trouble_ && joint.trouble_->code == Errc::stopped;
+        joint.is_heard_again_ = answered && joint.silences_ > 0;
+        joint.silences_ = answered ? 0 : joint.silences_ + (is_cut_short ? 0 : 1);
         if (!answered) {
             outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
             left = true;
@@ -116,17 +119,16 @@ bool Core::heed_another_stop()
     return is_asked;
 }
 
-/// From this look on.
-void Core::verify(std::vector<Stopped>& outcomes, TimePoint end, int look)
+void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
-    const TimePoint patience = clock->now() + (look == 0 ? patience_with_silence : Duration{});
-    for (const int first = look;; ++look) {
+    const TimePoint patience = clock->now() + patience_with_silence;
+    for (int look = 0;; ++look) {
         if (heed_another_stop() && clock->now() < end)
             look = 0;
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, look, command, patience) || (look >= first + fewest_looks && clock->now() >= end))
+        if (!ask_again(outcomes, look, command, patience) || (look >= fewest_looks && clock->now() >= end))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
@@ -148,8 +150,10 @@ std::vector<Joint*> Core::hold_anew(std::vector<Joint*> left)
             line->clear();
             for (Joint* joint : line->joints())
                 if (std::ranges::find(left, joint) != left.end())
-                    if (const auto plan = plan_hold_anew(*joint->driver_, joint->raw_))
+                    if (const auto plan = plan_hold_anew(*joint->driver_, joint->raw_)) {
+                        joint->unheard_ = false;
                         line->add(*joint, plan->all());
+                    }
         }
         exchange_lines();
         std::vector<Joint*> again;
@@ -171,8 +175,9 @@ void Core::relieve(std::vector<Stopped>& outcomes, TimePoint end)
     std::vector<Joint*> pressing;
     for (Joint& joint : joints) {
         const Stopped& outcome = outcome_of(&joint);
-        joint.may_press_on_ =
-            joint.may_press_on_ || std::exchange(joint.must_relieve_, false) || joint.has_met_something();
+        const bool was_due = std::exchange(joint.must_relieve_, false), has_met = joint.has_met_something();
+        joint.may_press_on_ = joint.may_press_on_ || was_due || has_met;
+        joint.is_given_up_ = outcome.outcome == Stopped::Outcome::failed; // its time-outs are not waited for again
         if (joint.may_press_on_ && outcome.outcome == Stopped::Outcome::confirmed && outcome.did == Mode::hold)
             pressing.push_back(&joint);
     }
@@ -184,8 +189,7 @@ void Core::relieve(std::vector<Stopped>& outcomes, TimePoint end)
         outcome_of(joint).outcome = Stopped::Outcome::sent;
         joint->stillness_.begin();
     }
-    // Who was given up as silent is not asked again.
-    verify(outcomes, std::max(end, clock->now() + rest_after_relief), most_repetitions);
+    verify(outcomes, std::max(end, clock->now() + rest_after_relief));
     for (const Joint* joint : left) {
         outcome_of(joint).outcome = Stopped::Outcome::failed;
         outcome_of(joint).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
@@ -200,6 +204,8 @@ std::vector<Stopped> Core::stop(const std::string& why)
     for (Joint& joint : joints) {
         joint.may_press_on_ = joint.may_press_on_ || joint.presses();
         joint.note_whether_it_turns();
+        joint.silences_ = 0;
+        joint.is_given_up_ = joint.is_heard_again_ = false;
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.walk_.reset();
@@ -215,7 +221,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
     const TimePoint end = clock->now() + longest_rest;
     for (Joint& joint : joints)
         joint.relief_.clear(); // what was under way is over
-    verify(outcomes, end, 0);
+    verify(outcomes, end);
     relieve(outcomes, end);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)

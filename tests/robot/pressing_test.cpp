@@ -157,6 +157,36 @@ TEST(Pressing, AStopOfWhichEveryHoldBehindTheLettingGoIsLostIsNotSaidToHold)
     EXPECT_LE(let_go, 3);
 }
 
+/// Not said to hold, for it may press on; and not limp.
+TEST(Pressing, AStopOfWhichEveryLettingGoWasSpoiledEndsWithAHold)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0;
+    one.losses.of_sent = holds_behind(3, let_go);
+    std::optional<TimePoint> mute_since;
+    one.losses.of_heard = [&](const wire::Frame&) {
+        const TimePoint now = one.simulator->clock().now();
+        if (let_go == 3 && !mute_since)
+            mute_since = now;
+        return mute_since && now - *mute_since < 30ms;
+    };
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::failed);
+    EXPECT_EQ(let_go, 3);
+    EXPECT_GT(std::abs(one.simulator->world().look("knee")->current_a), 1.0) << "it is limp";
+}
+
+TEST(Pressing, AVelocityOfZeroDoesNotForgetWhatTurnedIntoSomething)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 300ms)), "");
+    while (one.knee().state().position_rad.value_or(0.0) < units::rad(29.0))
+        ASSERT_TRUE(one.robot->cycle());
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.0}, 20ms)), "");
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 1s)), "");
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->current_a), 4.0);
+}
+
 TEST(Pressing, AJointWhoseAnswersAreLostIsLetGoAFewTimesAndNotInEveryCycle)
 {
     LossyRobot one(blocked_knee);
@@ -239,7 +269,7 @@ TEST(Pressing, AJointThatPressesAndWasSilentBeforeTheStopIsLetGo)
 
 TEST(Pressing, AStopThatIsAskedForAgainMeanwhileLetsGoAllTheSame)
 {
-    for (int at = 1; at < 60; ++at) {
+    for (int at = 1; at <= 50; ++at) {
         LossyRobot one(blocked_knee);
         ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
         int frames = 0;
