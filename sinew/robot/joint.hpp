@@ -178,6 +178,7 @@ private:
     };
     std::optional<Slowing> slowing_; ///< as it was when it was told to hold while it turned; until it stands
     // In a stop.
+    TimePoint told_at_{};
     bool unheard_ = false;        ///< a frame of what it was told last was not acknowledged
     int silences_ = 0;            ///< looks in a row that it did not answer
     bool is_heard_again_ = false; ///< it answered the last look, and not the one before

@@ -16,7 +16,7 @@ constexpr int most_silences = 2;    ///< so often one is told that answers nothi
 constexpr int fewest_looks = 10;    ///< at the others, whatever time those took
 /// What nobody acknowledged may not have been heard, though where it is is answered. Not at every look: a ramp to rest
 /// that is told again begins anew, and what is refused is refused again.
-constexpr int looks_until_it_is_told_again = 10;
+constexpr Duration until_it_is_told_again = std::chrono::milliseconds{200};
 /// Noise that takes the stop away and all answers ends some time; what turns must hear it then.
 constexpr Duration patience_with_silence = std::chrono::milliseconds{500};
 constexpr Duration between_looks = std::chrono::milliseconds{20};
@@ -66,12 +66,13 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command, Tim
             const Mode now = joint->stopping(line->is_lost());
             const bool is_new = std::exchange(outcome.did, now) != now;
             const bool is_unheard = joint->unheard_ || joint->is_limp(now);
-            const bool is_time = (look > 0 && look % looks_until_it_is_told_again == 0) || joint->is_heard_again_;
+            const bool is_time = begun - joint->told_at_ >= until_it_is_told_again || joint->is_heard_again_;
             const bool tells = command || is_new || (is_unheard && look < most_repetitions) ||
                                (is_time && (is_unheard || !joint->acknowledges_));
             if (tells)
                 if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost())) {
                     joint->unheard_ = false;
+                    joint->told_at_ = begun;
                     line->add(*joint, plan->all());
                 }
             const bool may_be_gone = look == 0 || joint->missing_since_;
