@@ -119,8 +119,11 @@ TEST(GuardianTest, ALongStopIsNoProgramThatHangs)
 TEST(GuardianTest, AStopFromElsewhereDuringALongStopLeavesThatToTheProgram)
 {
     SlowStop slow;
-    std::thread caller([] {
-        std::this_thread::sleep_for(300ms); // by then it waits for an answer
+    std::size_t frames = 0;
+    for (const auto& request : slow.robot->stop_requests(0))
+        frames += request.frame.size;
+    std::thread caller([&] {
+        (void)slow.silent.read(frames + 1); // the stop is out, and the program asks who obeyed
         const auto said = stop_program(::getpid());
         ASSERT_TRUE(said) << to_sentence(said.error());
         EXPECT_FALSE(said->by_guardian);

@@ -266,6 +266,20 @@ TEST(NuriMotion, ReachesASpeedInTheGivenTimeByALinearRamp)
     EXPECT_EQ(feedback.speed, 100);
 }
 
+/// By a ramp that begins where its drive wants it to be, which the shaft follows a little later.
+TEST(NuriMotion, ComesToRestInTheGivenTimeAlsoWhereItTurnsRoundJustThen)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::AccelSpeedControl{clockwise, 100, 5});
+    bench.run(600ms);
+    bench.send(nuri::AccelSpeedControl{counter_clockwise, 100, 5});
+    while (bench.device.look().velocity_rad_s < 0.0)
+        bench.run(1ms);
+    bench.send(nuri::AccelSpeedControl{clockwise, 0, 1});
+    bench.run(300ms);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, 0.0, 1e-3);
+}
+
 TEST(NuriMotion, TellsPositionsInHundredthsAndInSpeedFeedbackInTenths)
 {
     covers("B 13");

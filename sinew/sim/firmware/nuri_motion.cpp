@@ -72,7 +72,7 @@ void NuriMotion::arrive(double position_rad, double time_s)
 void NuriMotion::turn(double velocity_rad_s, double time_s)
 {
     const double velocity = to_plant(velocity_rad_s);
-    const double ramp = std::abs(velocity - plant_.velocity_rad_s()) / time_s;
+    const double ramp = std::abs(velocity - servo_.wanted_rad_s()) / time_s;
     accept({Kind::speed, velocity, 0.0, std::fmin(ramp, acceleration())});
 }
 

@@ -85,6 +85,11 @@ public:
 
     const Rating& rating() const { return rating_; }
     const Trajectory& trajectory() const { return trajectory_; }
+    /// From which the next `turn` begins; the shaft follows it a little later.
+    double wanted_rad_s() const
+    {
+        return drive_ == Drive::following ? trajectory_.velocity_rad_s() : plant_->velocity_rad_s();
+    }
 
 private:
     enum class Drive : std::uint8_t { released, braked, following, pushed, driven };
