@@ -68,15 +68,21 @@ TEST(Pressing, AMoveThatIsBlockedPressesNoMoreWhenItHasEnded)
     EXPECT_NEAR(knee.current_a(), 0.0, 0.1);
 }
 
-TEST(Pressing, WhatAnotherProgramLeftPressingPressesNoMoreWhenItIsStoppedAndHeld)
+/// As `stop --hold` does it.
+std::expected<Told, Error> stopped_and_held(PressingKnee& knee)
 {
-    PressingKnee knee;
-    knee.push();
     std::vector<Stopping> all;
     all.emplace_back(knee.session, knee.device, true);
     all.front().tell();
     see_to_rest(knee.session, all);
-    const auto outcome = all.front().outcome();
+    return all.front().outcome();
+}
+
+TEST(Pressing, WhatAnotherProgramLeftPressingPressesNoMoreWhenItIsStoppedAndHeld)
+{
+    PressingKnee knee;
+    knee.push();
+    const auto outcome = stopped_and_held(knee);
     ASSERT_TRUE(outcome) << to_sentence(outcome.error());
     EXPECT_EQ(outcome->says, "holds at 30.00 deg");
     EXPECT_NEAR(knee.current_a(), 0.0, 0.1);
@@ -98,11 +104,7 @@ TEST(Pressing, AnLkMotorThatIsOffIsRunBeforeItIsSaidToHold)
     PressingKnee knee("", "lk-2.35");
     const auto off = knee.driven->driver->plan({.mode = actuator::Mode::release}, {});
     ASSERT_TRUE(off && carry_out(*knee.driven, *off));
-    std::vector<Stopping> all;
-    all.emplace_back(knee.session, knee.device, true);
-    all.front().tell();
-    see_to_rest(knee.session, all);
-    const auto outcome = all.front().outcome();
+    const auto outcome = stopped_and_held(knee);
     ASSERT_TRUE(outcome) << to_sentence(outcome.error());
     (void)knee.current_a();
     EXPECT_EQ(knee.driven->state.enabled.optional(), true);

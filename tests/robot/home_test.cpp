@@ -236,6 +236,15 @@ TEST(Home, AnLkMotorThatWasBlockedAndStoppedCountsOnWhereItWas)
     EXPECT_NEAR(*rig.robot->find("knee")->state().position_rad, stands, 0.01);
 }
 
+void let_go_of_the_knee(Rig& rig, bool by_stop)
+{
+    if (by_stop)
+        (void)rig.robot->stop();
+    else
+        ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::release})), "");
+    (void)rig.run(100ms);
+}
+
 TEST(Home, AnLkMotorThatWasReleasedMustBeTakenHomeAgain)
 {
     for (const bool by_stop : {false, true}) {
@@ -245,11 +254,7 @@ TEST(Home, AnLkMotorThatWasReleasedMustBeTakenHomeAgain)
         Rig rig(file);
         rig.enable();
         ASSERT_EQ(said(rig.robot->home("knee")), "");
-        if (by_stop)
-            (void)rig.robot->stop();
-        else
-            ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::release})), "");
-        (void)rig.run(100ms);
+        let_go_of_the_knee(rig, by_stop);
         EXPECT_FALSE(rig.robot->find("knee")->referenced()) << by_stop;
         rig.enable();
         ASSERT_EQ(said(rig.robot->home("knee")), "");
@@ -271,11 +276,7 @@ TEST(Home, AnLkMotorThatIsReleasedWhileItTurnsMustBeTakenHomeAgain)
             ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = 0.5})), "");
             ASSERT_EQ(said(rig.run(on_its_way)), "");
             ASSERT_TRUE(rig.robot->find("knee")->referenced());
-            if (by_stop)
-                (void)rig.robot->stop();
-            else
-                ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::release})), "");
-            (void)rig.run(100ms);
+            let_go_of_the_knee(rig, by_stop);
             EXPECT_FALSE(rig.robot->find("knee")->referenced()) << by_stop;
             for (const auto& incident : rig.robot->incidents())
                 EXPECT_EQ(incident.says.find("afresh"), std::string::npos) << incident.says;

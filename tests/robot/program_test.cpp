@@ -1,10 +1,9 @@
-#include "sinew/sim/firmware/ratings.hpp"
+#include "tests/robot/beyond.hpp"
+#include "tests/robot/random_robots.hpp"
 #include "tests/robot/watch.hpp"
 #include "tests/support/random.hpp"
 
-#include <fstream>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -19,123 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using sinew::test::Random;
-
-constexpr std::string_view robot_text = R"(
-version = 1
-[bus.s]
-family = "sam"
-[bus.n]
-family = "nuri"
-bit_rate = 115200
-[bus.r]
-family = "rmd"
-[safety]
-policy = "hold"
-command_timeout_s = 0.4
-stop_time_s = 0.15
-[joint.shoulder]
-bus = "s"
-id = 1
-model = "SAM-160EO200"
-direction = -1
-position_min_deg = -60
-position_max_deg = 90
-velocity_max_deg_s = 120
-[joint.shoulder.profile_options]
-response_level = 1
-[joint.wrist]
-bus = "s"
-id = 2
-model = "SAM-20"
-position_min_deg = -50
-position_max_deg = 70
-velocity_max_deg_s = 200
-step_max_deg = 20
-[joint.waist]
-bus = "n"
-id = 1
-ratio = 2
-position_min_deg = -45
-position_max_deg = 45
-velocity_max_deg_s = 60
-[joint.knee]
-bus = "r"
-id = 1
-model = "MG"
-profile = "rmd-2.35"
-direction = -1
-zero_deg = 150
-position_min_deg = -10
-position_max_deg = 120
-velocity_max_deg_s = 180
-current_max_a = 2
-[joint.knee.sim]
-start_rad = 2.6
-[joint.ankle]
-bus = "r"
-id = 2
-model = "MG"
-profile = "lk-2.35"
-ratio = 1.5
-zero_deg = 180
-position_min_deg = -80
-position_max_deg = 80
-velocity_max_deg_s = 240
-current_max_a = 1
-[joint.ankle.sim]
-start_rad = 3.1
-)";
-
-/// The demo robot, all its 16 joints. Its RMD stand in the middle of their first turn, so that a motor that has started
-/// afresh knows where it is.
-std::string demo_text()
-{
-    std::ifstream file("robots/demo.toml");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
-    const auto after = [&](std::string_view line, std::string_view more) {
-        for (auto at = text.find(line); at != std::string::npos; at = text.find(line, at + 1))
-            text.insert(at + line.size(), more);
-    };
-    after("profile = \"rmd-2.35\"\n", "zero_deg = 180\ncurrent_max_a = 2\n");
-    after("model = \"SAM-20\"\n", "step_max_deg = 20\n");
-    for (const auto* joint : {"left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle"})
-        text += fmt::format("[joint.{}.sim]\nstart_rad = 3.1415926536\n", joint);
-    return text + "[safety]\npolicy = \"hold\"\ncommand_timeout_s = 0.4\nstop_time_s = 0.15\n";
-}
-
-/// How far a shaft may go beyond a limit, from what its plant is made of: the only place that says so.
-///
-/// It crosses the limit at some velocity and may be driven on, with all the torque there is at its supply, until the
-/// robot has heard of it and told it to hold: two cycles and as long as the device has not been heard. Then its
-/// velocity fades with the time constant of a shorted winding, which a loop that damps does not exceed. A shaft that
-/// was let go has its friction alone.
-class Beyond
-{
-public:
-    explicit Beyond(const Joint& joint)
-    {
-        const auto rating = sim::rating_of(joint.device());
-        const auto plant = sim::plant_of(joint.device());
-        const double ratio = joint.file().ratio;
-        top_rad_s_ = rating.velocity_max_rad_s / ratio;
-        braking_rad_s2_ = rating.acceleration_max_rad_s2 / ratio;
-        coasting_rad_s2_ = plant.coulomb_friction_nm / plant.inertia_kg_m2() / ratio;
-    }
-    /// `velocity_rad_s`: where it crossed the limit; `unnoticed`: until it was told.
-    double most_rad(double velocity_rad_s, Duration unnoticed, bool is_let_go) const
-    {
-        const double t = seconds(unnoticed), v = std::abs(velocity_rad_s);
-        const double then = std::max(v, std::min(top_rad_s_, v + braking_rad_s2_ * t));
-        const double driven = std::min(v * t + braking_rad_s2_ * t * t / 2.0, then * t);
-        const double stopping =
-            is_let_go ? then * then / (2.0 * coasting_rad_s2_) : then * top_rad_s_ / braking_rad_s2_;
-        return driven + stopping + resolution_rad;
-    }
-
-private:
-    static constexpr double resolution_rad = units::rad(1.0); ///< of the coarsest reading (SAM, quick)
-    double top_rad_s_, braking_rad_s2_, coasting_rad_s2_;
-};
 
 class Program
 {

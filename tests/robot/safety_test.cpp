@@ -185,149 +185,6 @@ TEST(Safety, AnArmThatWasMovedByHandWhileItsLinkWasLostDoesNotLeapBack)
     EXPECT_LT(seconds(rig.robot->state("arm")->age(rig.now())), 0.1) << "a link that is back is read";
 }
 
-std::vector<std::string> names(std::span<const wire::Request> requests)
-{
-    std::vector<std::string> out;
-    for (const auto& request : requests)
-        out.push_back(fmt::format("{} to {}", request.message->name(), request.id));
-    return out;
-}
-
-/// By the time that a guardian sends that, the place where it was measured is old.
-TEST(Safety, AServoThatMustBeToldWhereToHoldIsToldNoPlaceThatIsOld)
-{
-    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[bus.n]\nfamily = \"nuri\"\n[joint.servo]\nbus = \"s\"\n"
-                    "id = 1\nmodel = \"SAM-20\"\n[joint.waist]\nbus = \"n\"\nid = 1\n"));
-    rig.enable();
-    for (Joint& joint : rig.robot->joints())
-        ASSERT_TRUE(joint.set({.mode = Mode::velocity, .velocity_rad_s = 0.5}));
-    ASSERT_TRUE(rig.run(100ms));
-    EXPECT_EQ(names(rig.robot->stop_requests(0)), std::vector<std::string>{"position-control to 1"});
-    const std::vector<std::string> brakes{"quick-brake-mode to 31", "special-control to 1"};
-    EXPECT_EQ(names(rig.robot->unseen_stop_requests(0)), brakes);
-    EXPECT_EQ(names(rig.robot->unseen_stop_requests(1)), names(rig.robot->stop_requests(1))) << "it holds where it is";
-    ASSERT_TRUE(rig.robot->set("servo", {.mode = Mode::release}));
-    ASSERT_TRUE(rig.run(20ms));
-    EXPECT_EQ(names(rig.robot->unseen_stop_requests(0)), names(rig.robot->stop_requests(0))) << "it was let go";
-}
-
-/// Its answers are gone, it still hears: to hold where it was measured last would be a leap back.
-TEST(Safety, AServoOfWhichNothingIsHeardDoesNotLeapBackWhenItIsStopped)
-{
-    Rig rig(
-        file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[safety]\nsilence_max_s = 1.0\n[joint.servo]\nbus = \"s\"\n"
-                "id = 1\nmodel = \"SAM-20\"\n"));
-    rig.enable();
-    ASSERT_TRUE(rig.robot->set("servo", {.mode = Mode::velocity, .velocity_rad_s = 1.0}));
-    ASSERT_TRUE(rig.run(300ms));
-    sim::Fault late{.kind = sim::FaultKind::delay_replies, .joint = "servo"};
-    late.probability = 1.0;
-    late.delay_s = 10.0;
-    rig.simulator->world().inject(late);
-    double furthest = rig.truth_rad("servo");
-    while (rig.robot->enabled()) {
-        (void)rig.robot->cycle();
-        furthest = std::max(furthest, rig.truth_rad("servo"));
-    }
-    rig.simulator->clock().wait({}, rig.now() + 1s);
-    EXPECT_GT(rig.truth_rad("servo"), furthest - units::rad(1.0));
-    EXPECT_NEAR(rig.truth_rad_s("servo"), 0.0, 1e-3);
-}
-
-TEST(Safety, WhatStopsARobotIsReadyBeforeItsFirstCycle)
-{
-    const auto all_names = [](const Robot& robot) {
-        std::vector<std::string> out;
-        for (std::size_t bus = 0; bus < robot.buses().size(); ++bus)
-            std::ranges::copy(names(robot.stop_requests(bus)), std::back_inserter(out));
-        return out;
-    };
-    Rig rig(demo());
-    rig.enable();
-    const auto before = all_names(*rig.robot);
-    EXPECT_GE(before.size(), rig.robot->joints().size());
-    ASSERT_TRUE(rig.robot->cycle());
-    EXPECT_EQ(before, all_names(*rig.robot)) << "a robot that holds was let go";
-}
-
-TEST(Safety, AStopReachesEveryJointAndSaysSo)
-{
-    for (const std::string_view policy : {"hold", "release", "brake"}) {
-        auto file = demo();
-        file.safety.policy = policy == "hold"      ? config::Policy::hold
-                             : policy == "release" ? config::Policy::release
-                                                   : config::Policy::brake;
-        Rig rig(file);
-        rig.enable();
-        for (Joint& joint : rig.robot->joints()) {
-            const double sense = joint.name().ends_with("hip") ? -1.0 : 1.0;
-            const auto set = joint.set({.mode = Mode::velocity, .velocity_rad_s = sense * units::rad(30)});
-            ASSERT_TRUE(set.has_value()) << said(set);
-        }
-        ASSERT_TRUE(rig.run(300ms));
-        const auto stopped = rig.robot->stop();
-        ASSERT_EQ(stopped.size(), 16U);
-        for (const auto& one : stopped) {
-            EXPECT_NE(one.outcome, Stopped::Outcome::failed) << one.joint << to_sentence(one.why);
-            EXPECT_NEAR(rig.truth_rad_s(one.joint), 0.0, 0.05) << one.joint << " " << policy;
-            if (one.did == Mode::hold) {
-                EXPECT_EQ(one.outcome, Stopped::Outcome::confirmed) << one.joint;
-            }
-        }
-        EXPECT_FALSE(rig.robot->cycle().has_value());
-        rig.enable();
-    }
-}
-
-TEST(Safety, AStopGoesOnPastADeviceThatIsNotThere)
-{
-    Rig rig(demo());
-    rig.enable();
-    ASSERT_TRUE(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
-    ASSERT_TRUE(rig.run(100ms));
-    rig.inject(sim::FaultKind::unplug, "shoulder_pitch");
-    for (const auto& one : rig.robot->stop())
-        EXPECT_EQ(one.outcome == Stopped::Outcome::failed, one.joint == "shoulder_pitch") << one.joint;
-    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
-}
-
-/// Each look at it lasts until its time-outs are over, and while another joint comes to rest there are many looks.
-TEST(Safety, AStopDoesNotWaitForADeviceThatIsNotThereAtEveryLookAtTheOthers)
-{
-    const auto time_to_stop = [](bool is_there) {
-        bus::Settings patient;
-        patient.margin_at_first = patient.margin_least = patient.margin_most = 500ms;
-        auto file = demo();
-        file.safety.policy = config::Policy::release; // no Nuri tells that it was released
-        Rig rig(file, patient);
-        rig.enable();
-        EXPECT_TRUE(rig.run(100ms));
-        if (!is_there)
-            rig.inject(sim::FaultKind::unplug, "left_knee");
-        const TimePoint begun = rig.now();
-        (void)rig.robot->stop();
-        return seconds(rig.now() - begun);
-    };
-    // It is asked three times, for what it does and for its whole state: no more than ten frames.
-    EXPECT_LT(time_to_stop(false), time_to_stop(true) + 3 * 10 * 0.5);
-}
-
-TEST(Safety, ARequestedStopEndsTheLoop)
-{
-    Rig rig(demo());
-    rig.enable();
-    ASSERT_TRUE(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(20)}));
-    int calls = 0;
-    const auto ran = rig.robot->run(5ms, [&](Robot& robot) {
-        if (++calls == 50)
-            robot.request_stop();
-    });
-    ASSERT_FALSE(ran.has_value());
-    EXPECT_EQ(ran.error().code, Errc::stopped);
-    EXPECT_EQ(calls, 50);
-    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
-}
-
 TEST(Safety, ADeviceThatStartedAfreshIsSetUpAgainAndHoldsWhereItIs)
 {
     Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.servo]\nbus = \"s\"\nid = 1\n"
@@ -411,27 +268,6 @@ TEST(Safety, AServoThatIsStuckIsNotWalkedOnAndItsWalkEndsWithAnIncident)
         << rig.robot->incidents()[0].says;
 }
 
-TEST(Safety, AnExceptionThatLeavesTheScopeOfARobotStopsItAndANormalEndDoesNot)
-{
-    for (const bool throws : {true, false}) {
-        Rig rig(file_of(knee_text));
-        rig.enable();
-        ASSERT_TRUE(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(30)}));
-        ASSERT_TRUE(rig.run(300ms));
-        const auto speed = [&] { return units::deg(rig.simulator->world().look("knee")->velocity_rad_s); };
-        ASSERT_GT(speed(), 25.0);
-        try {
-            const auto robot = std::move(rig.robot);
-            if (throws)
-                throw std::runtime_error("a bug of the program");
-        } catch (const std::runtime_error& bug) {
-            EXPECT_STREQ(bug.what(), "a bug of the program");
-        }
-        rig.simulator->clock().wait({}, rig.now() + 200ms);
-        EXPECT_NEAR(speed(), throws ? 0.0 : 30.0, 1.0);
-    }
-}
-
 TEST(Safety, AJointThatWasReleasedStaysFreeAfterASilence)
 {
     Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.servo]\nbus = \"s\"\nid = 1\n"
@@ -455,6 +291,27 @@ TEST(Safety, AHotMotorStopsTheRobot)
     const auto ran = rig.run(2s);
     ASSERT_FALSE(ran.has_value());
     EXPECT_NE(said(ran).find("°C"), std::string::npos) << said(ran);
+}
+
+TEST(Safety, AnExceptionThatLeavesTheScopeOfARobotStopsItAndANormalEndDoesNot)
+{
+    for (const bool throws : {true, false}) {
+        Rig rig(file_of(knee_text));
+        rig.enable();
+        ASSERT_TRUE(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = units::rad(30)}));
+        ASSERT_TRUE(rig.run(300ms));
+        const auto speed = [&] { return units::deg(rig.simulator->world().look("knee")->velocity_rad_s); };
+        ASSERT_GT(speed(), 25.0);
+        try {
+            const auto robot = std::move(rig.robot);
+            if (throws)
+                throw std::runtime_error("a bug of the program");
+        } catch (const std::runtime_error& bug) {
+            EXPECT_STREQ(bug.what(), "a bug of the program");
+        }
+        rig.simulator->clock().wait({}, rig.now() + 200ms);
+        EXPECT_NEAR(speed(), throws ? 0.0 : 30.0, 1.0);
+    }
 }
 
 } // namespace

@@ -8,14 +8,13 @@ import tempfile
 import unittest
 import warnings
 
-from support import DEMO, PATIENCE, as_json, environment, sinew
+from recordings import ROBOT
+from support import PATIENCE, as_json, environment, sinew
 
 logging.disable(logging.ERROR)  # which formats canmatrix lacks is nothing to tell
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import canmatrix.formats
-
-ROBOT = ["--robot", DEMO] + [word for bus in ("left", "waist", "legs") for word in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
 
 
 class Dissector(unittest.TestCase):

@@ -10,14 +10,12 @@ PEERS = os.path.join(SOURCE, "examples", "peers")
 
 
 class Peers(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.sim = Simulator()
+    def setUp(self):
+        # Each has its own: an answer that came too late for the program before would be the first that the next one reads.
+        self.sim = Simulator()
 
-    @classmethod
-    def tearDownClass(cls):
-        code = cls.sim.close()
-        assert code == 0, f"sinew sim ended with {code} at Ctrl-C"
+    def tearDown(self):
+        self.assertEqual(self.sim.close(), 0, "sinew sim at Ctrl-C")
 
     def port(self, bus):
         path, baud = self.sim.link[bus].removeprefix("serial:").split("?baud=")
