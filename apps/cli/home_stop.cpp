@@ -68,7 +68,7 @@ std::expected<std::optional<int>, Error> find_stop(const Words& words, Session& 
     if (!done)
         return ended_by(stopped_for(session, driven, done.error(), Otherwise::release));
     const double stop_rad = *driven.state.position_rad; // else it would not be found
-    if (read_state(driven, actuator::Depth::full) && driven.state.enabled && !*driven.state.enabled)
+    if (read_state(driven, actuator::Depth::full) && driven.state.says_off())
         return ended_by(stopped_for(
             session, driven,
             {.code = Errc::unsupported,

@@ -59,7 +59,7 @@ void Stopping::look()
     standing_->look(*driven_);
     stands_ = read && standing_->is_at_rest();
     before_ = read ? driven_->state : actuator::State{};
-    const bool holds = stands_ && keep_torque_ && telling_.rest == Rest::holds && !says_off();
+    const bool holds = stands_ && keep_torque_ && telling_.rest == Rest::holds && !before_.says_off();
     if (holds && relief_ == Relief::due && may_press(*driven_))
         relieve();
 }
@@ -79,12 +79,13 @@ void Stopping::relieve()
 /// The torque, for all that is known.
 bool Stopping::is_off() const
 {
-    return driven_->driver->capabilities().measures_enabled ? says_off() : telling_.confirmed.has_value();
+    return driven_->driver->capabilities().measures_enabled ? before_.says_off() : telling_.confirmed.has_value();
 }
 
 bool Stopping::is_obeyed() const
 {
-    return stands_ && (telling_.rest == Rest::released ? is_off() : telling_.rest != Rest::holds || !says_off());
+    return stands_ &&
+           (telling_.rest == Rest::released ? is_off() : telling_.rest != Rest::holds || !before_.says_off());
 }
 
 bool Stopping::is_over() const
@@ -128,7 +129,7 @@ Error Stopping::not_seen_at_rest() const
     if (!stands_)
         return {.code = Errc::timeout,
                 .detail = fmt::format("it was told to {} and still turns; switch its supply off", verb)};
-    if (telling_.rest == Rest::holds && says_off())
+    if (telling_.rest == Rest::holds && before_.says_off())
         return {.code = Errc::timeout, .detail = "it was told to hold and says that its torque is off"};
     return {.code = Errc::timeout,
             .detail =

@@ -45,7 +45,6 @@ public:
 private:
     Telling tell_to_let_go();
     void relieve();
-    bool says_off() const { return before_.enabled && !*before_.enabled; }
     bool is_off() const;
     bool is_obeyed() const;
     std::string done() const;

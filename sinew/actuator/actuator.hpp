@@ -44,6 +44,9 @@ struct State {
     std::uint32_t raw_faults = 0; ///< the bits as the device sent them, as old as `faults`
     Measured<bool> enabled;       ///< whether the device says that it drives its motor
 
+    /// Whether its last word on that is that it does not drive its motor.
+    bool says_off() const { return enabled && !*enabled; }
+
     /// How long ago the newest value was measured.
     Duration age(TimePoint now) const { return now - at; }
 

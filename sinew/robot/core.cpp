@@ -137,15 +137,20 @@ void Core::exchange_lines()
         line->absorb(now);
     // A link that was lost when the robot was stopped is back and has sent its stop: from now on it may be read.
     for (auto& line : lines)
-        if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news())
+        if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news()) {
             line->bus().clear_stop();
+            line->owe_stop(false);
+        }
 }
 
 /// Stops all for a reason; what is returned is the reason.
 std::unexpected<Error> Core::stop_for(Error why)
 {
     const bool is_new = !fault;
-    (void)stop(to_sentence(why));
+    for (const Stopped& one : stop(to_sentence(why)))
+        if (one.outcome == Stopped::Outcome::failed)
+            incidents.add({clock->now(), std::string(one.joint), one.why.code,
+                           fmt::format("{} did not confirm the stop: {}", one.joint, to_sentence(one.why))});
     if (is_new)
         fault = why;
     return std::unexpected(std::move(why));
@@ -197,9 +202,11 @@ std::expected<void, Error> Core::cycle()
         return read_only();
     const TimePoint now = clock->now();
     pause.turn(now);
-    for (auto& line : lines)
-        if (auto finding = line->plan_cycle(now); finding.measure != Measure::none)
+    for (auto& line : lines) // all of them before the first is planned: what is planned counts as told
+        if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
             return stop_for(std::move(finding.why));
+    for (auto& line : lines)
+        line->plan_cycle(now);
     exchange_lines();
     pause.rest_until(clock->now());
     for (auto& line : lines)
@@ -248,8 +255,9 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             if (!line->busy() && now >= line->due()) {
                 const Duration own = line->period() > Duration{} ? line->period() : period;
                 line->set_due(line->due() + own * ((now - line->due()) / own + 1));
-                if (auto finding = line->plan_cycle(now); finding.measure != Measure::none)
+                if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
                     return stop_for(std::move(finding.why));
+                line->plan_cycle(now);
                 line->start();
             }
             if (line->busy() && line->bus().work()) {

@@ -41,6 +41,8 @@ private:
     std::expected<std::unique_ptr<bus::Bus>, Error> open_bus(const config::Bus& bus, const link::Links& links,
                                                              const OpenOptions& options);
     // enable.cpp
+    std::expected<void, Error> hold_all();
+    std::expected<void, Error> enable_anew();
     std::expected<void, Error> bring_links_back();
     std::expected<void, Error> compare_models();
     std::expected<void, Error> exchange(std::string_view what);
@@ -64,7 +66,14 @@ private:
     void verify(std::vector<Stopped>& outcomes, TimePoint end);
     std::vector<Joint*> hold_anew(std::vector<Joint*> left);
     void relieve(std::vector<Stopped>& outcomes, TimePoint end);
-    bool ask_again(std::vector<Stopped>& outcomes, int look, bool command, TimePoint patience);
+    struct Look;
+    static bool is_worth_asking(const Joint& joint, const Stopped& outcome);
+    static bool is_asked(const Joint& joint, const Stopped& outcome, const Look& look);
+    void ask(Line& line, Joint& joint, Stopped& outcome, const Look& look);
+    void hear(Joint& joint, Stopped& outcome, const Look& look);
+    bool ask_again(std::vector<Stopped>& outcomes, int number, bool commands);
+    void conclude(std::vector<Stopped>& outcomes);
+    Stopped& outcome_of(const Joint& joint, std::vector<Stopped>& outcomes) const;
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);
     std::expected<void, Error> hand_over();

@@ -35,10 +35,20 @@ Planned plan_switch_on(const DeviceSpec& device)
 std::expected<void, Error> Core::bring_links_back()
 {
     for (auto& line : lines) {
-        line->bus().clear_stop();
+        line->bus().clear_stop(); // nobody waits for a link while a stop is asked for
         const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
-        if (line->bus().link_trouble() != nullptr && !line->bus().wait_for_link(patience))
+        const bool is_back = line->bus().link_trouble() == nullptr || line->bus().wait_for_link(patience);
+        if (line->owes_stop()) {
+            line->prepare_stop();
+            line->bus().request_stop();
+        }
+        if (!is_back)
             return std::unexpected(*line->bus().link_trouble());
+        if (line->owes_stop()) {
+            drive();
+            line->bus().clear_stop();
+            line->owe_stop(false);
+        }
         line->forgive();
     }
     return {};
@@ -109,10 +119,37 @@ std::expected<void, Error> Core::switch_all_on()
 
 std::expected<void, Error> Core::enable()
 {
+    const bool was_enabled = enabled;
+    if (was_enabled)
+        if (auto held = hold_all(); !held)
+            return held;
     // One that was carried out has cleared it: this one came when nobody drove.
     if (stop_asked_.exchange(false))
         return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
     enabled = false;
+    auto done = enable_anew();
+    if (!done && was_enabled) {
+        enabled = true; // until here it was, and what could not be told to hold may turn
+        return stop_for(std::move(done.error()));
+    }
+    return done;
+}
+
+/// Whatever it is that takes time now, and may fail: nothing turns meanwhile.
+std::expected<void, Error> Core::hold_all()
+{
+    drive();
+    for (auto& line : lines)
+        if (line->busy())
+            line->absorb(clock->now());
+    for (Joint& joint : joints)
+        if (joint.closed_ == nullptr && joint.command_.mode != Mode::release && joint.command_.mode != Mode::brake)
+            joint.come_to_rest(joint.holding(false), clock->now());
+    return cycle();
+}
+
+std::expected<void, Error> Core::enable_anew()
+{
     pause.leave();
     if (auto back = bring_links_back(); !back)
         return back;

@@ -128,15 +128,12 @@ void Core::tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes)
         for (const Stopped& one : outcomes) {
             if (std::ranges::find(lines[i]->joints(), one.joint, &Joint::name) == lines[i]->joints().end())
                 continue;
-            // What was to hold and was never seen at rest may turn on.
-            const bool failed = one.outcome == Stopped::Outcome::failed ||
-                                (one.outcome == Stopped::Outcome::sent && one.did != Mode::release);
-            if (failed)
+            if (one.outcome == Stopped::Outcome::failed)
                 failures.append(failures.empty() ? "" : ", ").append(one.joint);
             else if (one.outcome == Stopped::Outcome::sent && outcome == StoppedBus::Outcome::confirmed)
                 outcome = StoppedBus::Outcome::sent;
         }
-        if (lines[i]->is_lost())
+        if (lines[i]->bus().link_trouble() != nullptr)
             failures = "its link is lost";
         else if (!failures.empty())
             failures.insert(0, "not confirmed by ");

@@ -153,7 +153,16 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
         return fail(Errc::unsupported, "the robot is not enabled");
     if (auto found = find_stops(all, until); !found)
         return found;
+    const auto is_near = [](const Joint* joint) {
+        const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
+        return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near;
+    };
+    std::vector<Joint*> on_their_way;
     for (Joint* joint : all) {
+        // To hold there is all: to be sent to where its stop was pressed in would press on.
+        if (joint->file().home.to_stop && is_near(joint))
+            continue;
+        on_their_way.push_back(joint);
         if (!joint->referenced())
             joint->tell(Errc::unsupported,
                         fmt::format("{} cannot know where its position 0 is after power-on; it goes to where it counts "
@@ -164,27 +173,26 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
             !set)
             return hold_after(all, std::move(set.error()));
     }
-    const auto is_there = [](Joint* joint) {
-        const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
-        return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near &&
-               joint->stillness_.is_at_rest();
+    const auto is_done = [&](Joint* joint) {
+        const bool was_sent = std::ranges::find(on_their_way, joint) != on_their_way.end();
+        return joint->stillness_.is_at_rest() && (was_sent ? is_near(joint) : joint->has_heard());
     };
     const auto was_ended = [](const Joint* joint) { return joint->command_.mode != Mode::position; };
     bool arrived = false;
     const auto one_look = [&] {
         for (Joint* joint : all)
             joint->renew();
-        arrived = std::ranges::all_of(all, is_there);
-        return !arrived && std::ranges::none_of(all, was_ended);
+        arrived = std::ranges::all_of(all, is_done);
+        return !arrived && std::ranges::none_of(on_their_way, was_ended);
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;
     std::vector<Joint*> late;
     if (!arrived)
-        std::ranges::copy_if(all, std::back_inserter(late), std::not_fn(is_there));
+        std::ranges::copy_if(all, std::back_inserter(late), std::not_fn(is_done));
     if (late.empty())
         return {};
-    if (const auto ended = std::ranges::find_if(all, was_ended); ended != all.end())
+    if (const auto ended = std::ranges::find_if(on_their_way, was_ended); ended != on_their_way.end())
         return hold_after(late, (*ended)->overruled_by_.value_or(Error{.code = Errc::timeout}));
     Joint& first = *late.front();
     return hold_after(late, {.code = Errc::timeout,

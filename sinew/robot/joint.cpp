@@ -187,7 +187,7 @@ void Joint::take(const Command& command, TimePoint at)
     walk_.reset();
     const bool pressed = presses() || may_press_on_ || must_relieve_;
     must_relieve_ = false;
-    may_press_on_ = pressed && is_to_stand(command);
+    may_press_on_ = pressed && !lets_go(command); // to be where it is already takes nothing away, nor does to press on
     relief_.clear();
     if (is_to_stand(command))
         note_whether_it_turns();
@@ -261,6 +261,7 @@ void Joint::begin(TimePoint at)
 {
     const bool may_press_on = (may_press_on_ || must_relieve_) && robot::may_press(device(), raw_, at);
     must_relieve_ = may_press_on_ = false;
+    slowing_.reset();
     command_ = {.mode = Mode::release};
     silence_.reset();
     leapt_ = false;

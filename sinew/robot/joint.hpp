@@ -98,6 +98,12 @@ private:
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     bool may_send() const;
+    /// Nothing of what it was told last is still to be sent, for all that its answers say.
+    bool has_heard() const
+    {
+        return !fresh_ && repetitions_ == 0 && !must_relieve_ && !slowing_ && !missing_since_ &&
+               answered_at_ >= planned_at_;
+    }
     std::expected<wire::Requests, Error> plan_look(double resolution_rad);
     /// In the units of the actuator.
     void went_out(const Command& own, TimePoint at);
@@ -132,7 +138,7 @@ private:
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
     /// Whether it was told to hold, and its last word of that is that it is off.
-    bool is_limp(Mode told) const { return told == Mode::hold && raw_.enabled && !*raw_.enabled; }
+    bool is_limp(Mode told) const { return told == Mode::hold && raw_.says_off(); }
 
     const ResolvedJoint* resolved_;
     const link::Clock* clock_;
@@ -181,6 +187,7 @@ private:
     TimePoint told_at_{};
     bool unheard_ = false;        ///< a frame of what it was told last was not acknowledged
     int silences_ = 0;            ///< looks in a row that it did not answer
+    Duration silent_for_{};       ///< what those took
     bool is_heard_again_ = false; ///< it answered the last look, and not the one before
     bool is_given_up_ = false;
 

@@ -89,6 +89,8 @@ void Joint::went_out(const Command& own, TimePoint at)
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
     relief_.clear();
+    if (!presses() && robot::may_meet_something(device(), planned_, raw_, at))
+        may_press_on_ = false; // it turns freely
     if (command_.mode == Mode::hold && has_met_something())
         must_relieve_ = true;
     if (!may_send())

@@ -92,7 +92,7 @@ Finding Line::judge(TimePoint now)
     return {};
 }
 
-Finding Line::plan_cycle(TimePoint now)
+Finding Line::begin_cycle(TimePoint now)
 {
     clear();
     const Duration before = interval_;
@@ -102,8 +102,11 @@ Finding Line::plan_cycle(TimePoint now)
     for (Joint* joint : joints_)
         if (!joint->missing_since_)
             joint->interval_ = before > Duration{} ? std::min(before, interval_) : interval_;
-    if (auto finding = judge(now); finding.measure != Measure::none)
-        return finding;
+    return judge(now);
+}
+
+void Line::plan_cycle(TimePoint now)
+{
     prepare_stop();
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
@@ -128,7 +131,6 @@ Finding Line::plan_cycle(TimePoint now)
             add(*joint, requests->all());
     }
     add_extras(now);
-    return {};
 }
 
 /// All motors of the bus with ids 1 to 4 in one frame, where all of them are driven by a current.

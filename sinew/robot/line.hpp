@@ -31,9 +31,11 @@ public:
     void clear() { size_ = 0; }
     void add(Joint& joint, std::span<const wire::Request> requests);
     std::expected<void, Error> plan_read(Joint& joint, Depth depth);
-    /// The commands of all joints and what they measure, now and then all of it. What a supervisor finds is carried
-    /// out; a fault is returned, and the exchange must not be started then.
-    Finding plan_cycle(TimePoint now);
+    /// What a supervisor finds is carried out; a fault is returned, and nothing must be planned then.
+    Finding begin_cycle(TimePoint now);
+    /// The commands of all joints and what they measure, now and then all of it. A joint takes what is planned for
+    /// told.
+    void plan_cycle(TimePoint now);
     std::span<const wire::Request> requests() const { return std::span(requests_).first(size_); }
     std::span<const bus::Result> results() const { return std::span(results_).first(size_); }
     Joint& owner(std::size_t request) { return *owners_[request]; }
@@ -60,6 +62,9 @@ public:
 
     bool is_lost() const { return bus_->link_trouble() != nullptr || bus_->losses() != losses_; }
     void forgive() { losses_ = bus_->losses(); }
+    /// It was stopped while its link was lost, and has not heard of it yet.
+    bool owes_stop() const { return owes_stop_; }
+    void owe_stop(bool owes) { owes_stop_ = owes; }
 
     Duration period() const { return period_; } ///< 0: as the loop asks
     TimePoint due() const { return due_; }
@@ -83,6 +88,7 @@ private:
     TimePoint begun_at_{};
     Duration interval_{};
     bool busy_ = false;
+    bool owes_stop_ = false;
     std::uint64_t losses_ = 0;
     std::vector<Joint*> joints_;
     std::vector<Joint*> group_; ///< ids 1 to 4 of an RMD bus

@@ -34,6 +34,14 @@ bool is_idle(const actuator::State& state, TimePoint now)
     return state.current_a && std::abs(*state.current_a) < idle_a && now - state.current_a.at() <= long_ago;
 }
 
+/// It has met what gives way, or it has begun a moment ago; who knows.
+constexpr double slow_share = 0.5;
+
+bool is_slow(const actuator::Command& told, const actuator::State& state)
+{
+    return told.velocity_rad_s && std::abs(*state.velocity_rad_s) < slow_share * std::abs(*told.velocity_rad_s);
+}
+
 bool drives(const actuator::Command& told, const actuator::State& state)
 {
     if (told.mode == actuator::Mode::position)
@@ -55,7 +63,7 @@ bool may_press(const DeviceSpec& device, const actuator::State& state, TimePoint
 
 bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now)
 {
-    return can_be_relieved(device) && !turns(state, now) && drives(told, state);
+    return can_be_relieved(device) && drives(told, state) && (!turns(state, now) || is_slow(told, state));
 }
 
 bool may_meet_something(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state,

@@ -15,8 +15,9 @@ namespace sinew::robot {
 
 bool can_be_relieved(const DeviceSpec& device);
 
-/// Whether one that was told this may press on something: it is not seen to turn, and is not where it was sent, or is
-/// to turn. So may one of which nobody knows whether it turns, and one that takes no current yet: its loop gathers it.
+/// Whether one that was told this may press on something: it is not where it was sent, or is to turn, and is not seen
+/// to turn, or only at less than half of the speed that it was told, as one does that squeezes something soft. So may
+/// one of which nobody knows whether it turns, and one that takes no current yet: its loop gathers it.
 bool presses(const DeviceSpec& device, const actuator::Command& told, const actuator::State& state, TimePoint now);
 
 /// Whether one that was told this is driven on, and turns for all that is known: it may meet something before it holds.

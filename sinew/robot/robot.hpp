@@ -79,7 +79,8 @@ public:
 
     /// Compares every device with the robot file where it can tell what it is, applies the run-time settings, reads all
     /// states, and makes every joint hold where it is. Nothing moves when something is wrong; then the error says what.
-    /// Also the way back after a stop.
+    /// Also the way back after a stop: what a lost link has not heard of that goes out first. One that is enabled holds
+    /// at once, and is stopped where something is wrong. Not from within `each` of `run`.
     std::expected<void, Error> enable();
     bool enabled() const;
 

@@ -39,76 +39,106 @@ void Core::send_stop()
             line->bus().clear_stop();
         else
             line->prepare_stop(); // for when it is back
+        line->owe_stop(line->bus().link_trouble() != nullptr);
     }
 }
 
-/// One look at all joints that have not confirmed yet, told again what they have to do where `command`. Each time-out
-/// of one that does not answer keeps the others waiting: nobody is asked for more than where he is before he has
-/// answered, nor for that where his answer to the command says that he is there, and who never answers is given up as
-/// long as another is on his way to rest, and wholly from `patience` on. Whether any is left.
-bool Core::ask_again(std::vector<Stopped>& outcomes, int look, bool command, TimePoint patience)
+/// One look at all joints that have not confirmed yet.
+struct Core::Look {
+    TimePoint begun{};
+    int number = 0;
+    bool commands = false;          ///< all of them are told again what they have to do
+    bool is_one_on_its_way = false; ///< who answers
+};
+
+Stopped& Core::outcome_of(const Joint& joint, std::vector<Stopped>& outcomes) const
 {
-    const TimePoint begun = clock->now();
-    const bool is_one_on_its_way =
-        std::ranges::any_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::sent; });
-    const bool gives_up = is_one_on_its_way || begun >= patience;
-    const auto is_over = [&](const Joint& joint, const Stopped& one) {
-        return one.outcome == Stopped::Outcome::confirmed || joint.is_given_up_ ||
-               (gives_up && joint.silences_ >= most_silences);
-    };
+    return outcomes[static_cast<std::size_t>(&joint - joints.data())];
+}
+
+bool Core::is_worth_asking(const Joint& joint, const Stopped& outcome)
+{
+    return outcome.outcome != Stopped::Outcome::confirmed && !joint.is_given_up_ &&
+           (joint.silences_ < most_silences || joint.silent_for_ < patience_with_silence);
+}
+
+/// Each time-out of one that does not answer keeps the others waiting: he is not asked as long as another one, who
+/// answers, is on his way to rest.
+bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look)
+{
+    return is_worth_asking(joint, outcome) && (joint.silences_ < most_silences || !look.is_one_on_its_way);
+}
+
+/// Told again where that may be news to him. Nobody is asked for more than where he is before he has answered, nor for
+/// that where his answer to the command says that he is there.
+void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
+{
+    // A reading may say that it cannot do what it was told.
+    const Mode now = joint.stopping(line.is_lost());
+    const bool is_new = std::exchange(outcome.did, now) != now;
+    const bool has_not_heard = joint.unheard_ || joint.is_limp(now);
+    const bool is_time = look.begun - joint.told_at_ >= until_it_is_told_again || joint.is_heard_again_;
+    const bool tells = look.commands || is_new || (has_not_heard && look.number < most_repetitions) ||
+                       (is_time && (has_not_heard || !joint.acknowledges_));
+    if (tells)
+        if (const auto plan = joint.plan_policy(*joint.driver_, line.is_lost())) {
+            joint.unheard_ = false;
+            joint.told_at_ = look.begun;
+            line.add(joint, plan->all());
+        }
+    const bool may_be_gone = look.number == 0 || joint.missing_since_;
+    if (!(may_be_gone && tells && joint.acknowledges_))
+        (void)line.plan_read(joint, may_be_gone ? Depth::motion : Depth::full);
+}
+
+/// What came of that.
+void Core::hear(Joint& joint, Stopped& outcome, const Look& look)
+{
+    const bool answered = joint.answered_at_ >= look.begun;
+    // A link that is back sends its stop first, which ends what it was asked: that is no silence.
+    const bool is_cut_short = !answered && joint.trouble_ && joint.trouble_->code == Errc::stopped;
+    joint.is_heard_again_ = answered && joint.silences_ > 0;
+    if (answered) {
+        joint.silences_ = 0;
+        joint.silent_for_ = {};
+    } else if (!is_cut_short) {
+        ++joint.silences_;
+        joint.silent_for_ += clock->now() - look.begun + between_looks;
+    }
+    if (!answered) {
+        outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
+        return;
+    }
+    const bool says_off = joint.raw_.says_off() && joint.raw_.enabled.at() >= look.begun;
+    const bool may_say_off = joint.driver_->capabilities().measures_enabled;
+    const bool has_obeyed = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
+                                                         : joint.stillness_.is_at_rest();
+    const bool done = has_obeyed && !joint.unheard_ && !joint.is_limp(outcome.did);
+    outcome.outcome = done ? Stopped::Outcome::confirmed : Stopped::Outcome::sent;
+}
+
+/// One look. Whether another one is worth it.
+bool Core::ask_again(std::vector<Stopped>& outcomes, int number, bool commands)
+{
+    Look look{.begun = clock->now(), .number = number, .commands = commands};
+    for (const Joint& joint : joints)
+        look.is_one_on_its_way =
+            look.is_one_on_its_way ||
+            (joint.silences_ < most_silences && outcome_of(joint, outcomes).outcome == Stopped::Outcome::sent);
+    std::vector<Joint*> asked;
     for (auto& line : lines) {
         line->clear();
-        for (Joint* joint : line->joints()) {
-            auto& outcome = outcomes[static_cast<std::size_t>(joint - joints.data())];
-            if (is_over(*joint, outcome))
-                continue;
-            // A reading may say that it cannot do what it was told.
-            const Mode now = joint->stopping(line->is_lost());
-            const bool is_new = std::exchange(outcome.did, now) != now;
-            const bool is_unheard = joint->unheard_ || joint->is_limp(now);
-            const bool is_time = begun - joint->told_at_ >= until_it_is_told_again || joint->is_heard_again_;
-            const bool tells = command || is_new || (is_unheard && look < most_repetitions) ||
-                               (is_time && (is_unheard || !joint->acknowledges_));
-            if (tells)
-                if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost())) {
-                    joint->unheard_ = false;
-                    joint->told_at_ = begun;
-                    line->add(*joint, plan->all());
-                }
-            const bool may_be_gone = look == 0 || joint->missing_since_;
-            if (!(may_be_gone && tells && joint->acknowledges_))
-                (void)line->plan_read(*joint, may_be_gone ? Depth::motion : Depth::full);
-        }
+        for (Joint* joint : line->joints())
+            if (auto& outcome = outcome_of(*joint, outcomes); is_asked(*joint, outcome, look)) {
+                asked.push_back(joint);
+                ask(*line, *joint, outcome, look);
+            }
     }
     exchange_lines();
-    bool left = false;
-    for (Joint& joint : joints) {
-        auto& outcome = outcomes[static_cast<std::size_t>(&joint - joints.data())];
-        if (is_over(joint, outcome)) {
-            left = left || (outcome.outcome == Stopped::Outcome::failed && !joint.is_given_up_ && begun < patience);
-            continue;
-        }
-        const bool answered = joint.answered_at_ >= begun;
-        // A link that is back sends its stop first, which ends what it was asked: that is no silence.
-        const bool is_cut_short = !answered && joint.trouble_ && joint.trouble_->code == Errc::stopped;
-        joint.is_heard_again_ = answered && joint.silences_ > 0;
-        joint.silences_ = answered ? 0 : joint.silences_ + (is_cut_short ? 0 : 1);
-        if (!answered) {
-            outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
-            left = true;
-            continue;
-        }
-        outcome.outcome = Stopped::Outcome::sent;
-        const bool says_off = joint.raw_.enabled && !*joint.raw_.enabled && joint.raw_.enabled.at() >= begun;
-        const bool may_say_off = joint.driver_->capabilities().measures_enabled;
-        const bool has_obeyed = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
-                                                             : joint.stillness_.is_at_rest();
-        const bool done = has_obeyed && !joint.unheard_ && !joint.is_limp(outcome.did);
-        if (done)
-            outcome.outcome = Stopped::Outcome::confirmed;
-        left = left || !done;
-    }
-    return left;
+    for (Joint* joint : asked)
+        hear(*joint, outcome_of(*joint, outcomes), look);
+    return std::ranges::any_of(joints,
+                               [&](const Joint& joint) { return is_worth_asking(joint, outcome_of(joint, outcomes)); });
 }
 
 /// One that is asked for meanwhile ends every exchange until it is carried out.
@@ -122,14 +152,13 @@ bool Core::heed_another_stop()
 
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
-    const TimePoint patience = clock->now() + patience_with_silence;
     for (int look = 0;; ++look) {
         if (heed_another_stop() && clock->now() < end)
             look = 0;
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, look, command, patience) || (look >= fewest_looks && clock->now() >= end))
+        if (!ask_again(outcomes, look, command) || (look >= fewest_looks && clock->now() >= end))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
@@ -170,12 +199,9 @@ std::vector<Joint*> Core::hold_anew(std::vector<Joint*> left)
 /// and the next stop tries again.
 void Core::relieve(std::vector<Stopped>& outcomes, TimePoint end)
 {
-    const auto outcome_of = [&](const Joint* joint) -> Stopped& {
-        return outcomes[static_cast<std::size_t>(joint - joints.data())];
-    };
     std::vector<Joint*> pressing;
     for (Joint& joint : joints) {
-        const Stopped& outcome = outcome_of(&joint);
+        const Stopped& outcome = outcome_of(joint, outcomes);
         const bool was_due = std::exchange(joint.must_relieve_, false), has_met = joint.has_met_something();
         joint.may_press_on_ = joint.may_press_on_ || was_due || has_met;
         joint.is_given_up_ = outcome.outcome == Stopped::Outcome::failed; // its time-outs are not waited for again
@@ -187,13 +213,30 @@ void Core::relieve(std::vector<Stopped>& outcomes, TimePoint end)
     const auto left = hold_anew(pressing);
     for (Joint* joint : pressing) {
         joint->may_press_on_ = std::ranges::find(left, joint) != left.end();
-        outcome_of(joint).outcome = Stopped::Outcome::sent;
+        outcome_of(*joint, outcomes).outcome = Stopped::Outcome::sent;
         joint->stillness_.begin();
     }
     verify(outcomes, std::max(end, clock->now() + rest_after_relief));
     for (const Joint* joint : left) {
-        outcome_of(joint).outcome = Stopped::Outcome::failed;
-        outcome_of(joint).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
+        outcome_of(*joint, outcomes).outcome = Stopped::Outcome::failed;
+        outcome_of(*joint, outcomes).why = joint->trouble_.value_or(Error{.code = Errc::timeout});
+    }
+}
+
+/// Who could have said that he obeyed, and has not, has not for all that is known.
+void Core::conclude(std::vector<Stopped>& outcomes)
+{
+    for (Joint& joint : joints) {
+        Stopped& one = outcome_of(joint, outcomes);
+        const bool is_release = one.did == Mode::release;
+        const bool can_say = !is_release || joint.acknowledges_ || joint.driver_->capabilities().measures_enabled;
+        if (one.outcome == Stopped::Outcome::sent && can_say) {
+            one.outcome = Stopped::Outcome::failed;
+            if (joint.silences_ == 0)
+                one.why = {.code = Errc::timeout,
+                           .detail = fmt::format("{} was told to {} and was not seen to {}", joint.name(),
+                                                 actuator::to_word(one.did), is_release ? "let go" : "stand still")};
+        }
     }
 }
 
@@ -206,6 +249,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
         joint.may_press_on_ = joint.may_press_on_ || joint.presses();
         joint.note_whether_it_turns();
         joint.silences_ = 0;
+        joint.silent_for_ = {};
         joint.is_given_up_ = joint.is_heard_again_ = false;
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
         joint.closed_ = "the robot is stopped; enable it again";
@@ -224,6 +268,7 @@ std::vector<Stopped> Core::stop(const std::string& why)
         joint.relief_.clear(); // what was under way is over
     verify(outcomes, end);
     relieve(outcomes, end);
+    conclude(outcomes);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints)
         joint.command_ = joint.planned_ = {.mode = joint.policy()};

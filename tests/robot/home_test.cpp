@@ -153,8 +153,13 @@ TEST(Home, AJointThatCreepsIsNotSaidToHaveStopped)
     Rig rig(sinking());
     rig.enable();
     push(rig, "arm");
-    for (const auto& one : rig.robot->stop())
-        EXPECT_EQ(one.outcome, one.joint == "arm" ? Stopped::Outcome::sent : Stopped::Outcome::confirmed) << one.joint;
+    for (const auto& one : rig.robot->stop()) {
+        EXPECT_EQ(one.outcome, one.joint == "arm" ? Stopped::Outcome::failed : Stopped::Outcome::confirmed)
+            << one.joint;
+        if (one.joint == "arm") {
+            EXPECT_EQ(to_sentence(one.why), "arm was told to hold and was not seen to stand still");
+        }
+    }
 }
 
 TEST(Home, AJointThatThePolicyLetGoIsNotSeizedByARoutineThatFails)

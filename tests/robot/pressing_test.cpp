@@ -1,7 +1,7 @@
 #include "sinew/robot/play.hpp"
 
 #include "sinew/robot/pose.hpp"
-#include "tests/robot/lossy_can.hpp"
+#include "tests/robot/blocked_knee.hpp"
 
 #include <algorithm>
 #include <array>
@@ -110,12 +110,6 @@ TEST(Pressing, AnArmThatPressedOnWhatBlockedItIsHeldUpWithNoMoreThanItsLoadTakes
 constexpr std::uint8_t torque_closed_loop = 0xA1, speed_closed_loop = 0xA2, read_status_1 = 0x9A;
 
 /// A knee that something at 30 deg blocks, and a load that would take it back.
-const std::string blocked_knee =
-    "version = 1\n[safety]\npolicy = \"hold\"\nsilence_max_s = 0.5\n[bus.r]\nfamily = \"rmd\"\n"
-    "[joint.knee]\nbus = \"r\"\nid = 1\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n"
-    "velocity_max_deg_s = 60\n[joint.knee.plant]\nstop_max_deg = 30\ngravity_torque_nm = 5\n"
-    "gravity_zero_deg = -60\n";
-
 /// The holds behind the first so many times that it was let go.
 std::function<bool(const wire::Frame&)> holds_behind(int times, int& let_go)
 {
@@ -162,8 +156,13 @@ TEST(Pressing, AStopOfWhichEveryLettingGoWasSpoiledEndsWithAHold)
 {
     LossyRobot one(blocked_knee);
     ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
-    int let_go = 0;
-    one.losses.of_sent = holds_behind(3, let_go);
+    int let_go = 0, lost = 0;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        let_go += frame.data[0] == torque_closed_loop ? 1 : 0;
+        const bool is_behind = frame.data[0] == speed_closed_loop && lost < let_go;
+        lost += is_behind ? 1 : 0;
+        return is_behind;
+    };
     std::optional<TimePoint> mute_since;
     one.losses.of_heard = [&](const wire::Frame&) {
         const TimePoint now = one.simulator->clock().now();

@@ -303,5 +303,24 @@ TEST(Silent, AJointThatSaysItIsOffIsNotSaidToHold)
     EXPECT_NE(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
 }
 
+/// Noise that begins when it has answered once, and ends.
+TEST(Silent, AJointThatAnsweredAndThenMissesAFewLooksOfAStopIsAskedAgain)
+{
+    LossyRobot one(
+        "version = 1\n[safety]\npolicy = \"hold\"\n[bus.r]\nfamily = \"rmd\"\n[joint.knee]\nbus = \"r\"\nid = 1\n"
+        "model = \"MG\"\nprofile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n");
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 500ms)), "");
+    std::optional<TimePoint> first;
+    one.losses.of_heard = [&](const wire::Frame&) {
+        const TimePoint now = one.simulator->clock().now();
+        if (!first)
+            first = now;
+        return now - *first > 5ms && now - *first < 200ms;
+    };
+    const auto stopped = one.robot->stop();
+    EXPECT_EQ(stopped.front().outcome, Stopped::Outcome::confirmed) << to_sentence(stopped.front().why);
+    EXPECT_GT(one.simulator->clock().now() - *first, 200ms);
+}
+
 } // namespace
 } // namespace sinew::robot::test

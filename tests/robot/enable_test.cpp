@@ -1,0 +1,97 @@
+#include "tests/robot/rig.hpp"
+
+#include <gtest/gtest.h>
+
+/// A robot that is enabled when somebody enables it, or when a link that it lost is back.
+namespace sinew::robot::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Enable, AnEnabledRobotThatCannotBeEnabledAnewStandsStill)
+{
+    auto file = demo();
+    file.safety.whole_robot = false;
+    Rig rig(file);
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = 0.3})), "");
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    rig.inject(sim::FaultKind::unplug, "elbow");
+    ASSERT_EQ(said(rig.run(1s)), "") << "it goes on without the elbow";
+    ASSERT_GT(rig.truth_rad_s("left_knee"), 0.2);
+    EXPECT_NE(said(rig.robot->enable()).find("elbow"), std::string::npos);
+    EXPECT_FALSE(rig.robot->enabled());
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+    ASSERT_NE(rig.robot->fault(), nullptr);
+}
+
+TEST(Enable, WhatTurnsStandsStillWhileItsRobotIsEnabledAnew)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = 0.3})), "");
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    rig.enable();
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+    EXPECT_EQ(rig.robot->find("left_knee")->command().mode, Mode::hold);
+}
+
+TEST(Enable, AStopThatWasAskedForOfAnEnabledRobotIsCarriedOutAndTheNextEnableGoesOn)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("left_knee", {.mode = Mode::velocity, .velocity_rad_s = 0.3})), "");
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    rig.robot->request_stop();
+    const auto on = rig.robot->enable();
+    ASSERT_FALSE(on);
+    EXPECT_EQ(on.error().code, Errc::stopped);
+    EXPECT_NEAR(rig.truth_rad_s("left_knee"), 0.0, 1e-3);
+    rig.enable();
+    EXPECT_EQ(said(rig.run(100ms)), "");
+}
+
+/// It cannot hear its stop while its link is lost. Nor may it turn on until everything else is well.
+TEST(Enable, AMotorWhoseLinkWasLostWhenItWasStoppedHearsOfThatFirst)
+{
+    Rig rig(file_of("version = 1\n[safety]\npolicy = \"hold\"\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[bus.r]\n"
+                    "family = \"rmd\"\n[joint.waist]\nbus = \"n\"\nid = 1\n[joint.knee]\nbus = \"r\"\nid = 1\n"
+                    "model = \"MG\"\nprofile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = 0.3})), "");
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("r", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    EXPECT_NE(said(rig.robot->enable()), "") << "it is not back";
+    rig.inject(sim::FaultKind::unplug, "waist");
+    ASSERT_TRUE(rig.simulator->set_plugged("r", true));
+    ASSERT_GT(rig.truth_rad_s("knee"), 0.2);
+    EXPECT_NE(said(rig.robot->enable()).find("waist"), std::string::npos);
+    rig.simulator->clock().wait({}, rig.now() + 500ms);
+    EXPECT_NEAR(rig.truth_rad_s("knee"), 0.0, 1e-3);
+}
+
+/// Which nobody asked for, so nobody hears what it returns.
+TEST(Enable, AJointThatDidNotConfirmTheStopForAFaultIsAnIncident)
+{
+    auto file = demo();
+    for (auto& joint : file.joints)
+        if (joint.name == "elbow")
+            joint.plant.push_back({"viscous_friction_nm_s_per_rad", 1000.0, {}});
+    Rig rig(file);
+    rig.enable();
+    sim::Fault load{.kind = sim::FaultKind::push, .joint = "elbow"};
+    load.torque_nm = -28.0;
+    rig.simulator->world().inject(load);
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    rig.inject(sim::FaultKind::unplug, "left_hip");
+    EXPECT_NE(said(rig.run(3s)), "");
+    std::vector<std::string> told;
+    for (const auto& incident : rig.robot->incidents())
+        if (incident.says.find("did not confirm the stop") != std::string::npos)
+            told.push_back(incident.joint);
+    EXPECT_EQ(told, (std::vector<std::string>{"elbow", "left_hip"}));
+}
+
+} // namespace
+} // namespace sinew::robot::test
