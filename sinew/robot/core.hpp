@@ -51,6 +51,8 @@ private:
     std::expected<void, Error> switch_all_on();
 
     // home.cpp
+    struct Homeward;
+    static std::expected<void, Error> send_home(Homeward& one);
     std::expected<void, Error> find_stops(std::span<Joint* const> all, TimePoint until);
     std::unexpected<Error> hold_after(std::span<Joint* const> all, Error why);
 

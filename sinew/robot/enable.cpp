@@ -32,26 +32,32 @@ Planned plan_switch_on(const DeviceSpec& device)
 
 } // namespace
 
+/// And tell their devices of the stop that they have not heard. The first that is not back, after all had their turn.
 std::expected<void, Error> Core::bring_links_back()
 {
+    std::expected<void, Error> all;
     for (auto& line : lines) {
-        line->bus().clear_stop(); // nobody waits for a link while a stop is asked for
+        auto& bus = line->bus();
+        bus.clear_stop(); // nobody waits for a link while a stop is asked for
         const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
-        const bool is_back = line->bus().link_trouble() == nullptr || line->bus().wait_for_link(patience);
+        if (bus.link_trouble() != nullptr)
+            (void)bus.wait_for_link(patience);
         if (line->owes_stop()) {
             line->prepare_stop();
-            line->bus().request_stop();
+            bus.request_stop();
+            if (bus.link_trouble() == nullptr)
+                drive();
         }
-        if (!is_back)
-            return std::unexpected(*line->bus().link_trouble());
-        if (line->owes_stop()) {
-            drive();
-            line->bus().clear_stop();
-            line->owe_stop(false);
+        if (bus.link_trouble() != nullptr) {
+            if (all)
+                all = std::unexpected(*bus.link_trouble());
+            continue;
         }
+        bus.clear_stop();
+        line->owe_stop(false);
         line->forgive();
     }
-    return {};
+    return all;
 }
 
 /// Carries out what all lines have in hand. The first failure, after all had their turn.
@@ -123,8 +129,10 @@ std::expected<void, Error> Core::enable()
     if (was_enabled)
         if (auto held = hold_all(); !held)
             return held;
-    // One that was carried out has cleared it: this one came when nobody drove.
-    if (stop_asked_.exchange(false))
+    // One that was carried out has cleared it.
+    if (was_enabled && stop_asked_.load())
+        return stop_for({.code = Errc::stopped});
+    if (stop_asked_.exchange(false)) // nobody drove
         return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
     enabled = false;
     auto done = enable_anew();
@@ -138,6 +146,8 @@ std::expected<void, Error> Core::enable()
 /// Whatever it is that takes time now, and may fail: nothing turns meanwhile.
 std::expected<void, Error> Core::hold_all()
 {
+    if (auto fine = heed_the_guardian(); !fine)
+        return fine;
     drive();
     for (auto& line : lines)
         if (line->busy())
@@ -145,7 +155,16 @@ std::expected<void, Error> Core::hold_all()
     for (Joint& joint : joints)
         if (joint.closed_ == nullptr && joint.command_.mode != Mode::release && joint.command_.mode != Mode::brake)
             joint.come_to_rest(joint.holding(false), clock->now());
-    return cycle();
+    // Nobody is judged by what he said before: the program may have asked nothing for a while.
+    for (auto& line : lines) {
+        line->clear();
+        line->plan_cycle(clock->now());
+    }
+    exchange_lines();
+    for (auto& line : lines)
+        if (auto fine = look_at(*line); !fine)
+            return fine;
+    return {};
 }
 
 std::expected<void, Error> Core::enable_anew()

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <functional>
 #include <iterator>
+#include <utility>
 
 /// Finding and reaching position 0.
 namespace sinew::robot {
@@ -59,6 +60,16 @@ void Joint::end_search()
     is_absolute_ = false; // in the turn that it counts now
     guard_.watch_place(true);
     begin(now());
+}
+
+/// What it holds against, once more, where it did not acknowledge that: at its stop nothing falls.
+void Joint::let_go_again()
+{
+    if (command_.mode != Mode::hold || !may_press_on_)
+        return;
+    must_relieve_ = std::exchange(may_press_on_, false);
+    fresh_ = true;
+    has_heard_ = false;
 }
 
 /// They must have heard it when this returns: nobody may drive after a routine that failed. A joint that takes no
@@ -146,6 +157,50 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
     return why ? hold_after(failed, std::move(*why)) : std::expected<void, Error>{};
 }
 
+/// One joint that has its zero, and goes there, or holds at its stop because that is called 0: to be sent to where the
+/// stop was pressed in would press on.
+struct Core::Homeward {
+    Joint* joint = nullptr;
+    bool stays = false;
+    std::uint64_t overruled = 0; ///< so often until it was told that
+
+    bool is_near() const
+    {
+        const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
+        return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near;
+    }
+    bool is_done() const { return joint->stillness_.is_at_rest() && (stays ? joint->has_heard_ : is_near()); }
+    bool was_ended() const
+    {
+        return joint->overruled_ != overruled || joint->closed_ != nullptr ||
+               joint->command_.mode != (stays ? Mode::hold : Mode::position);
+    }
+    std::string why_not(Duration within) const
+    {
+        if (stays)
+            return fmt::format("{} is at its stop, and has not confirmed to hold there and to let go of it",
+                               joint->name());
+        return fmt::format("{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?", joint->name(),
+                           units::deg(joint->state_.position_rad.value_or(0.0)), seconds(within));
+    }
+};
+
+std::expected<void, Error> Core::send_home(Homeward& one)
+{
+    Joint& joint = *one.joint;
+    one.overruled = joint.overruled_;
+    one.stays = joint.file().home.to_stop && one.is_near();
+    if (one.stays)
+        return {};
+    if (!joint.referenced())
+        joint.tell(Errc::unsupported,
+                   fmt::format("{} cannot know where its position 0 is after power-on; it goes to where it counts "
+                               "0. Give it a home with routine = \"stop\", or see to it yourself",
+                               joint.name()));
+    return joint.set(
+        {.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = home_velocity_rad_s(joint.file())});
+}
+
 std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration within)
 {
     const TimePoint until = clock->now() + within;
@@ -153,52 +208,33 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
         return fail(Errc::unsupported, "the robot is not enabled");
     if (auto found = find_stops(all, until); !found)
         return found;
-    const auto is_near = [](const Joint* joint) {
-        const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
-        return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near;
-    };
-    std::vector<Joint*> on_their_way;
-    for (Joint* joint : all) {
-        // To hold there is all: to be sent to where its stop was pressed in would press on.
-        if (joint->file().home.to_stop && is_near(joint))
-            continue;
-        on_their_way.push_back(joint);
-        if (!joint->referenced())
-            joint->tell(Errc::unsupported,
-                        fmt::format("{} cannot know where its position 0 is after power-on; it goes to where it counts "
-                                    "0. Give it a home with routine = \"stop\", or see to it yourself",
-                                    joint->name()));
-        if (auto set = joint->set(
-                {.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = home_velocity_rad_s(joint->file())});
-            !set)
-            return hold_after(all, std::move(set.error()));
-    }
-    const auto is_done = [&](Joint* joint) {
-        const bool was_sent = std::ranges::find(on_their_way, joint) != on_their_way.end();
-        return joint->stillness_.is_at_rest() && (was_sent ? is_near(joint) : joint->has_heard());
-    };
-    const auto was_ended = [](const Joint* joint) { return joint->command_.mode != Mode::position; };
+    std::vector<Homeward> homeward;
+    for (Joint* joint : all)
+        if (auto sent = send_home(homeward.emplace_back(Homeward{.joint = joint})); !sent)
+            return hold_after(all, std::move(sent.error()));
     bool arrived = false;
     const auto one_look = [&] {
-        for (Joint* joint : all)
-            joint->renew();
-        arrived = std::ranges::all_of(all, is_done);
-        return !arrived && std::ranges::none_of(on_their_way, was_ended);
+        for (const auto& one : homeward) {
+            one.joint->renew();
+            if (one.stays)
+                one.joint->let_go_again();
+        }
+        arrived = std::ranges::all_of(homeward, &Homeward::is_done);
+        return std::ranges::none_of(homeward, &Homeward::was_ended) && !arrived;
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;
     std::vector<Joint*> late;
     if (!arrived)
-        std::ranges::copy_if(all, std::back_inserter(late), std::not_fn(is_done));
+        for (const auto& one : homeward)
+            if (!one.is_done())
+                late.push_back(one.joint);
+    if (const auto ended = std::ranges::find_if(homeward, &Homeward::was_ended); ended != homeward.end())
+        return hold_after(late, ended->joint->overruled_by_.value_or(Error{.code = Errc::timeout}));
     if (late.empty())
         return {};
-    if (const auto ended = std::ranges::find_if(on_their_way, was_ended); ended != on_their_way.end())
-        return hold_after(late, (*ended)->overruled_by_.value_or(Error{.code = Errc::timeout}));
-    Joint& first = *late.front();
-    return hold_after(late, {.code = Errc::timeout,
-                             .detail = fmt::format(
-                                 "{} is at {:.2f} deg after {:.0f} s and not at 0; is something in its way?",
-                                 first.name(), units::deg(first.state_.position_rad.value_or(0.0)), seconds(within))});
+    const auto first = std::ranges::find(homeward, late.front(), &Homeward::joint);
+    return hold_after(late, {.code = Errc::timeout, .detail = first->why_not(within)});
 }
 
 } // namespace sinew::robot

@@ -183,6 +183,7 @@ void Joint::take(const Command& command, TimePoint at)
     const double here = guard_.reference_rad().value_or(0.0);
     command_ = command;
     fresh_ = true;
+    has_heard_ = false;
     repetitions_ = 1;
     walk_.reset();
     const bool pressed = presses() || may_press_on_ || must_relieve_;
@@ -261,7 +262,8 @@ void Joint::begin(TimePoint at)
 {
     const bool may_press_on = (may_press_on_ || must_relieve_) && robot::may_press(device(), raw_, at);
     must_relieve_ = may_press_on_ = false;
-    slowing_.reset();
+    if (planned_.mode != Mode::hold)
+        slowing_.reset(); // what it took before it was let go
     command_ = {.mode = Mode::release};
     silence_.reset();
     leapt_ = false;

@@ -94,15 +94,16 @@ private:
     std::expected<void, Error> check_search() const;
     void begin_search();
     void end_search();
+    void let_go_again();
     Command next(TimePoint at);
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     bool may_send() const;
-    /// Nothing of what it was told last is still to be sent, for all that its answers say.
-    bool has_heard() const
+    /// After an exchange: nothing of what it was told last is still to be sent, for all that its answers say.
+    void see_whether_it_has_heard()
     {
-        return !fresh_ && repetitions_ == 0 && !must_relieve_ && !slowing_ && !missing_since_ &&
-               answered_at_ >= planned_at_;
+        has_heard_ = !fresh_ && repetitions_ == 0 && !must_relieve_ && !may_press_on_ && !slowing_ && !missing_since_ &&
+                     answered_at_ >= planned_at_;
     }
     std::expected<wire::Requests, Error> plan_look(double resolution_rad);
     /// In the units of the actuator.
@@ -112,6 +113,7 @@ private:
     std::expected<wire::Requests, Error> plan_policy(actuator::Driver& driver, bool unseen) const;
     /// Whether to be told to hold takes no torque from what blocks it.
     bool presses() const;
+    void see_whether_it_turns_freely(TimePoint at);
     /// Before it is told to hold.
     void note_whether_it_turns();
     /// Whether it turned then, stands now, and presses on what it has met meanwhile. Told once.
@@ -137,6 +139,8 @@ private:
     Mode holding(bool unseen) const;
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
+    /// Whether any answer can tell that it does what a stop has told it.
+    bool can_confirm(Mode told) const { return told != Mode::release || acknowledges_ || can_.measures_enabled; }
     /// Whether it was told to hold, and its last word of that is that it is off.
     bool is_limp(Mode told) const { return told == Mode::hold && raw_.says_off(); }
 
@@ -172,7 +176,8 @@ private:
     Command planned_{};      ///< what went out last, in the units of the actuator
     TimePoint planned_at_{}; ///< when
     bool fresh_ = false;     ///< the command was not sent yet, or its sending failed
-    int repetitions_ = 0;    ///< still to be sent, where nobody acknowledges
+    bool has_heard_ = false;
+    int repetitions_ = 0; ///< still to be sent, where nobody acknowledges
     // To hold with loops that start anew (`pressing.hpp`).
     bool must_relieve_ = false;
     wire::Requests relief_; ///< what this cycle sent for that

@@ -86,11 +86,17 @@ void Joint::went_out(const Command& own, TimePoint at)
     planned_at_ = at;
 }
 
+/// Then it presses no more on what it did press on.
+void Joint::see_whether_it_turns_freely(TimePoint at)
+{
+    if (may_press_on_ && !presses() && robot::may_meet_something(device(), planned_, raw_, at))
+        may_press_on_ = false;
+}
+
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
     relief_.clear();
-    if (!presses() && robot::may_meet_something(device(), planned_, raw_, at))
-        may_press_on_ = false; // it turns freely
+    see_whether_it_turns_freely(at);
     if (command_.mode == Mode::hold && has_met_something())
         must_relieve_ = true;
     if (!may_send())

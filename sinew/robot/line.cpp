@@ -162,6 +162,7 @@ bool Line::plan_group(TimePoint now)
         }
     }
     for (Joint* joint : group_) {
+        joint->see_whether_it_turns_freely(now);
         joint->went_out(joint->mounting_.to_actuator(joint->command_), now);
         if (joint->raw_.position_rad)
             joint->guard_.follow(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
@@ -274,6 +275,7 @@ void Line::look_after(Joint& joint, TimePoint now)
     joint.state_ = joint.mounting_.to_joint(joint.raw_, joint.driver_->capabilities().current_has_sign);
     joint.guard_.observe(joint.state_);
     joint.stillness_.look(joint.state_.position_rad);
+    joint.see_whether_it_has_heard();
     const std::string_view reset = joint.driver_->noticed_reset();
     const bool is_afresh = joint.counts_from_power_on() && (!reset.empty() || joint.leapt_ || joint.is_back());
     if (joint.driver_->take_lost_count() || is_afresh)

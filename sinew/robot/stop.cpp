@@ -110,7 +110,7 @@ void Core::hear(Joint& joint, Stopped& outcome, const Look& look)
         return;
     }
     const bool says_off = joint.raw_.says_off() && joint.raw_.enabled.at() >= look.begun;
-    const bool may_say_off = joint.driver_->capabilities().measures_enabled;
+    const bool may_say_off = joint.can_.measures_enabled;
     const bool has_obeyed = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
                                                          : joint.stillness_.is_at_rest();
     const bool done = has_obeyed && !joint.unheard_ && !joint.is_limp(outcome.did);
@@ -121,10 +121,10 @@ void Core::hear(Joint& joint, Stopped& outcome, const Look& look)
 bool Core::ask_again(std::vector<Stopped>& outcomes, int number, bool commands)
 {
     Look look{.begun = clock->now(), .number = number, .commands = commands};
-    for (const Joint& joint : joints)
-        look.is_one_on_its_way =
-            look.is_one_on_its_way ||
-            (joint.silences_ < most_silences && outcome_of(joint, outcomes).outcome == Stopped::Outcome::sent);
+    look.is_one_on_its_way = std::ranges::any_of(joints, [&](const Joint& joint) {
+        const Stopped& one = outcome_of(joint, outcomes);
+        return one.outcome == Stopped::Outcome::sent && joint.silences_ < most_silences && joint.can_confirm(one.did);
+    });
     std::vector<Joint*> asked;
     for (auto& line : lines) {
         line->clear();
@@ -228,15 +228,17 @@ void Core::conclude(std::vector<Stopped>& outcomes)
 {
     for (Joint& joint : joints) {
         Stopped& one = outcome_of(joint, outcomes);
-        const bool is_release = one.did == Mode::release;
-        const bool can_say = !is_release || joint.acknowledges_ || joint.driver_->capabilities().measures_enabled;
-        if (one.outcome == Stopped::Outcome::sent && can_say) {
-            one.outcome = Stopped::Outcome::failed;
-            if (joint.silences_ == 0)
-                one.why = {.code = Errc::timeout,
-                           .detail = fmt::format("{} was told to {} and was not seen to {}", joint.name(),
-                                                 actuator::to_word(one.did), is_release ? "let go" : "stand still")};
-        }
+        if (one.outcome != Stopped::Outcome::sent || !joint.can_confirm(one.did))
+            continue;
+        one.outcome = Stopped::Outcome::failed;
+        if (joint.silences_ > 0)
+            continue;
+        const std::string_view but = joint.is_limp(one.did)     ? "says that its torque is off"
+                                     : joint.unheard_           ? "has not acknowledged that"
+                                     : one.did == Mode::release ? "has not said that its torque is off"
+                                                                : "was not seen to stand still";
+        one.why = {.code = Errc::timeout,
+                   .detail = fmt::format("{} was told to {} and {}", joint.name(), actuator::to_word(one.did), but)};
     }
 }
 

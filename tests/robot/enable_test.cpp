@@ -93,5 +93,42 @@ TEST(Enable, AJointThatDidNotConfirmTheStopForAFaultIsAnIncident)
     EXPECT_EQ(told, (std::vector<std::string>{"elbow", "left_hip"}));
 }
 
+/// A person had to be asked.
+TEST(Enable, AnEnabledRobotThatWasAskedNothingForAWhileIsNotStoppedByThat)
+{
+    auto file = demo();
+    file.safety.policy = config::Policy::release;
+    Rig rig(file);
+    rig.enable();
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    rig.simulator->clock().wait({}, rig.now() + 3s);
+    rig.enable();
+    for (const auto& incident : rig.robot->incidents())
+        EXPECT_EQ(incident.says.find("stopped"), std::string::npos) << incident.says;
+}
+
+TEST(Enable, AMotorOfABusThatIsBackIsStoppedAlthoughAnotherBusIsNot)
+{
+    std::string text = "version = 1\n[safety]\npolicy = \"hold\"\n";
+    for (const auto* name : {"a", "b"})
+        text += fmt::format("[bus.{0}]\nfamily = \"rmd\"\n[joint.on_{0}]\nbus = \"{0}\"\nid = 1\nmodel = \"MG\"\n"
+                            "profile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n",
+                            name);
+    for (const auto* back : {"a", "b"}) {
+        Rig rig(file_of(text));
+        rig.enable();
+        for (const auto* joint : {"on_a", "on_b"})
+            ASSERT_EQ(said(rig.robot->set(joint, {.mode = Mode::velocity, .velocity_rad_s = 0.3})), "");
+        ASSERT_EQ(said(rig.run(300ms)), "");
+        for (const auto* bus : {"a", "b"})
+            ASSERT_TRUE(rig.simulator->set_plugged(bus, false));
+        EXPECT_NE(said(rig.run(1s)), "");
+        ASSERT_TRUE(rig.simulator->set_plugged(back, true));
+        EXPECT_NE(said(rig.robot->enable()), "");
+        rig.simulator->clock().wait({}, rig.now() + 500ms);
+        EXPECT_NEAR(rig.truth_rad_s(fmt::format("on_{}", back)), 0.0, 1e-3) << back;
+    }
+}
+
 } // namespace
 } // namespace sinew::robot::test

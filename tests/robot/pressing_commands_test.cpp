@@ -110,5 +110,22 @@ TEST(Pressing, WhatAJointTookBeforeItWasReleasedSaysNothingOfWhatItHoldsLater)
     EXPECT_EQ(let_go, 0);
 }
 
+/// Its adapter was out when it was stopped, so it turned on until something was in its way.
+TEST(Pressing, AJointThatRanIntoSomethingWhileItCouldNotBeStoppedIsLetGoOnceItIsEnabled)
+{
+    Rig rig(file_of(blocked_knee));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = 0.4})), "");
+    ASSERT_EQ(said(rig.run(300ms)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("r", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    rig.simulator->clock().wait({}, rig.now() + 3s);
+    ASSERT_GT(current_a(*rig.simulator), carries_a);
+    ASSERT_TRUE(rig.simulator->set_plugged("r", true));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(500ms)), "");
+    EXPECT_LT(current_a(*rig.simulator), carries_a);
+}
+
 } // namespace
 } // namespace sinew::robot::test
