@@ -71,9 +71,7 @@ void NuriMotion::arrive(double position_rad, double time_s)
 
 void NuriMotion::turn(double velocity_rad_s, double time_s)
 {
-    const double velocity = to_plant(velocity_rad_s);
-    const double ramp = std::abs(velocity - servo_.wanted_rad_s()) / time_s;
-    accept({Kind::speed, velocity, 0.0, std::fmin(ramp, acceleration())});
+    accept({Kind::speed, to_plant(velocity_rad_s), 0.0, acceleration(), time_s});
 }
 
 void NuriMotion::accept(const Order& order)
@@ -116,7 +114,7 @@ void NuriMotion::act()
         servo_.follow(order_.value, order_.velocity_rad_s, order_.acceleration_rad_s2);
     else
         servo_.turn(order_.kind == Kind::speed ? order_.value : 0.0,
-                    order_.kind == Kind::speed ? order_.acceleration_rad_s2 : acceleration());
+                    order_.kind == Kind::speed ? order_.acceleration_rad_s2 : acceleration(), order_.after_s);
 }
 
 std::string_view NuriMotion::mode() const

@@ -49,6 +49,7 @@ private:
         double value = 0.0; ///< of the plant
         double velocity_rad_s = 0.0;
         double acceleration_rad_s2 = 0.0;
+        double after_s = 0.0; ///< of a speed
     };
 
     double sign() const { return inverted_ ? -1.0 : 1.0; }

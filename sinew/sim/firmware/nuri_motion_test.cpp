@@ -73,6 +73,20 @@ TEST(NuriMotion, ComesToRestInTheGivenTimeAlsoWhereItTurnsRoundJustThen)
     EXPECT_NEAR(bench.device.look().velocity_rad_s, 0.0, 1e-3);
 }
 
+/// Its trajectory waited for the shaft, and begins anew from where and how fast that is.
+TEST(NuriMotion, ComesToRestAfterItWasPushedThoughItWasAtRestWhenItWasToldTo)
+{
+    NuriBench bench(spec_of());
+    bench.send(nuri::AccelSpeedControl{clockwise, 0, 1});
+    bench.run(200ms);
+    bench.device.plant().push(100.0);
+    bench.run(100ms);
+    bench.device.plant().push(0.0);
+    EXPECT_GT(std::abs(bench.device.look().velocity_rad_s), 1.0);
+    bench.run(3s);
+    EXPECT_NEAR(bench.device.look().velocity_rad_s, 0.0, 1e-3);
+}
+
 TEST(NuriMotion, TellsPositionsInHundredthsAndInSpeedFeedbackInTenths)
 {
     covers("B 13");

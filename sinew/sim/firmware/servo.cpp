@@ -31,11 +31,21 @@ void Trajectory::follow(double target_rad, double velocity_rad_s, double acceler
     acceleration_limit_ = acceleration_rad_s2;
 }
 
-void Trajectory::turn(double velocity_rad_s, double acceleration_rad_s2)
+void Trajectory::turn(double velocity_rad_s, double acceleration_rad_s2, double after_s)
 {
     is_following_ = false;
     target_ = velocity_rad_s;
     acceleration_limit_ = acceleration_rad_s2;
+    ramp_s_ = after_s;
+}
+
+// By what is left of the time, not by what it was at first: a trajectory that waits for its shaft starts from where
+// that is, and must come there all the same.
+double Trajectory::most_acceleration() const
+{
+    if (is_following_ || ramp_s_ < tick_s)
+        return acceleration_limit_;
+    return std::min(acceleration_limit_, std::abs(target_ - velocity_rad_s_) / ramp_s_);
 }
 
 // The greatest speed from which the shaft, slowing down by the acceleration limit in every step, ends exactly on the
@@ -54,7 +64,8 @@ double Trajectory::wanted_velocity() const
 
 void Trajectory::step()
 {
-    const double most = acceleration_limit_ * tick_s;
+    const double most = most_acceleration() * tick_s;
+    ramp_s_ = std::max(0.0, ramp_s_ - tick_s);
     const double before = velocity_rad_s_;
     velocity_rad_s_ = std::clamp(is_following_ ? wanted_velocity() : target_, before - most, before + most);
     acceleration_rad_s2_ = (velocity_rad_s_ - before) / tick_s;
@@ -102,11 +113,11 @@ void Servo::follow(double target_rad, double velocity_rad_s, double acceleration
                        std::clamp(acceleration_rad_s2, 0.0, rating_.acceleration_max_rad_s2));
 }
 
-void Servo::turn(double velocity_rad_s, double acceleration_rad_s2)
+void Servo::turn(double velocity_rad_s, double acceleration_rad_s2, double after_s)
 {
     begin();
     trajectory_.turn(std::clamp(velocity_rad_s, -rating_.velocity_max_rad_s, rating_.velocity_max_rad_s),
-                     std::clamp(acceleration_rad_s2, 0.0, rating_.acceleration_max_rad_s2));
+                     std::clamp(acceleration_rad_s2, 0.0, rating_.acceleration_max_rad_s2), after_s);
 }
 
 void Servo::push(double current_a)

@@ -26,8 +26,8 @@ public:
     /// To a position at `velocity_rad_s` at most, and stay there. Lands exactly on the target without overshoot when it
     /// can still stop before it. Zero acceleration never moves.
     void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
-    /// At a speed, until told otherwise.
-    void turn(double velocity_rad_s, double acceleration_rad_s2);
+    /// At a speed, until told otherwise; reached by a linear ramp `after_s`, where the acceleration allows that.
+    void turn(double velocity_rad_s, double acceleration_rad_s2, double after_s = 0.0);
 
     void step(); ///< by one tick
 
@@ -37,11 +37,13 @@ public:
 
 private:
     double wanted_velocity() const;
+    double most_acceleration() const;
 
     bool is_following_ = false;
     double target_ = 0.0; ///< position or velocity
     double velocity_limit_ = 0.0;
     double acceleration_limit_ = 0.0;
+    double ramp_s_ = 0.0; ///< what is left of it
     double position_rad_ = 0.0;
     double velocity_rad_s_ = 0.0;
     double acceleration_rad_s2_ = 0.0;
@@ -73,7 +75,7 @@ public:
     void brake();
     /// As `Trajectory` has them, within the rating; a drive that was at rest starts from where the shaft is.
     void follow(double target_rad, double velocity_rad_s, double acceleration_rad_s2);
-    void turn(double velocity_rad_s, double acceleration_rad_s2);
+    void turn(double velocity_rad_s, double acceleration_rad_s2, double after_s = 0.0);
     void push(double current_a);
     void drive(double duty); ///< -1 … 1 of the supply voltage
 
@@ -85,11 +87,6 @@ public:
 
     const Rating& rating() const { return rating_; }
     const Trajectory& trajectory() const { return trajectory_; }
-    /// From which the next `turn` begins; the shaft follows it a little later.
-    double wanted_rad_s() const
-    {
-        return drive_ == Drive::following ? trajectory_.velocity_rad_s() : plant_->velocity_rad_s();
-    }
 
 private:
     enum class Drive : std::uint8_t { released, braked, following, pushed, driven };
