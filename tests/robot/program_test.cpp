@@ -345,9 +345,11 @@ private:
         for (const auto& one : rig_.robot->stop()) {
             if (one.outcome == Stopped::Outcome::failed)
                 complaints.push_back(fmt::format("{} was not stopped: {}", one.joint, to_sentence(one.why)));
-            if (std::abs(rig_.truth_rad_s(one.joint)) > 0.05)
-                complaints.push_back(fmt::format("{} turns at {:.2f} rad/s after the stop, {}", one.joint,
-                                                 rig_.truth_rad_s(one.joint), to_word(one.outcome)));
+            // What its program let go of coasts, where the robot could not be enabled again.
+            if (one.did != Mode::release && std::abs(rig_.truth_rad_s(one.joint)) > 0.05)
+                complaints.push_back(fmt::format("{} turns at {:.2f} rad/s after the stop to {}, {}", one.joint,
+                                                 rig_.truth_rad_s(one.joint), actuator::to_word(one.did),
+                                                 to_word(one.outcome)));
         }
     }
 
