@@ -6,13 +6,13 @@ import shutil
 import signal
 import struct
 import subprocess
-import tempfile
 import threading
 import tty
 import unittest
 
 import can
 
+from recordings import InFolder
 from support import DEMO, PATIENCE, SINEW, SOURCE, BesideSimulator, Simulator, as_json, environment, sinew
 
 BUSES = {"left": "sam", "waist": "nuri", "legs": "rmd"}
@@ -27,22 +27,6 @@ def tshark(path, *fields, unwrap=()):
     if done.returncode != 0:
         raise AssertionError(f"tshark: {done.stderr}")
     return [line.split("\t") for line in done.stdout.splitlines()]
-
-
-class InFolder(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def refused(self, words, code, *parts):
-        done = sinew(*words, code=code)
-        self.assertEqual(done.stdout, "")
-        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
-        for part in parts:
-            self.assertIn(part, done.stderr)
 
 
 class Measure(InFolder):
