@@ -95,7 +95,7 @@ std::expected<std::unique_ptr<RobotSession>, Error> RobotSession::open(const Wor
     const auto clock = out->clock_for(all);
     if (!clock)
         return std::unexpected(clock.error());
-    auto robot = robot::Robot::open(std::move(file), out->links_, **clock, std::move(options));
+    auto robot = robot::Robot::open(std::move(file), out->links_, **clock, options);
     if (!robot)
         return std::unexpected(robot.error());
     out->robot_.emplace(std::move(*robot));

@@ -17,9 +17,9 @@ protected:
         Words words;
         words.add("--robot", "robots/demo.toml"); // tests run in the folder of the sources
         words.add("--sim", "");
-        all = *targets(words);
-        for (const auto& device : all)
-            (*session.bus_of(device))->set_tap([&, nuri = device.family->name == "nuri"](const bus::Tapped& tapped) {
+        all_ = *targets(words);
+        for (const auto& device : all_)
+            (*session_.bus_of(device))->set_tap([&, nuri = device.family->name == "nuri"](const bus::Tapped& tapped) {
                 if (tapped.direction == wire::Direction::request)
                     sent_.push_back({nuri, {tapped.bytes.begin(), tapped.bytes.end()}});
             });
@@ -44,18 +44,18 @@ protected:
     {
         return std::ranges::count_if(sent_, [&](const Sent& one) { return one.to_nuri && is(one, request); });
     }
-    const Device& device(std::string_view name) const { return *std::ranges::find(all, name, &Device::name); }
+    const Device& device(std::string_view name) const { return *std::ranges::find(all_, name, &Device::name); }
 
-    Session session;
-    std::vector<Device> all;
+    Session session_;
+    std::vector<Device> all_;
     std::vector<Sent> sent_;
     wire::Request everybody_ = stop_of_all(*find_family("nuri"))->request;
 };
 
 TEST_F(StopTest, OfAWholeRobotGoesToAllOfALineAtOnceBeforeItGoesToEach)
 {
-    const auto done = stop_devices(session, all, true, false);
-    EXPECT_EQ(done.size(), all.size());
+    const auto done = stop_devices(session_, all_, true, false);
+    EXPECT_EQ(done.size(), all_.size());
     for (const auto& one : done)
         EXPECT_TRUE(one.outcome && one.outcome->confirmed) << one.name;
     EXPECT_TRUE(is(to_nuris().front(), everybody_));
@@ -64,16 +64,16 @@ TEST_F(StopTest, OfAWholeRobotGoesToAllOfALineAtOnceBeforeItGoesToEach)
 
 TEST_F(StopTest, OfSomeJointsAndOneThatHoldsLeaveTheOthersOfTheLineAlone)
 {
-    stop_devices(session, {&device("waist_yaw"), 1}, false, false);
-    stop_devices(session, all, true, true);
+    stop_devices(session_, {&device("waist_yaw"), 1}, false, false);
+    stop_devices(session_, all_, true, true);
     EXPECT_EQ(count(everybody_), 0);
 }
 
 TEST_F(StopTest, TellsEveryJointBeforeItLooksAtOne)
 {
-    stop_devices(session, all, true, false);
+    stop_devices(session_, all_, true, false);
     auto next = sent_.begin();
-    for (const auto& one : all) {
+    for (const auto& one : all_) {
         next += is(*next, everybody_);
         const auto release = make_driver(*one.spec)->plan({.mode = actuator::Mode::release}, {});
         for (const auto& request : release->all())

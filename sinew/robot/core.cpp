@@ -138,8 +138,9 @@ void Core::exchange_lines()
     // A link that was lost when the robot was stopped is back and has sent its stop: from now on it may be read.
     for (auto& line : lines)
         if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news()) {
+            const auto& heard = line->bus().stop_results();
+            line->owe_stop(line->owes_stop() && !std::ranges::all_of(heard, &bus::Result::good));
             line->bus().clear_stop();
-            line->owe_stop(false);
         }
 }
 

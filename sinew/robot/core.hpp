@@ -42,6 +42,7 @@ private:
                                                              const OpenOptions& options);
     // enable.cpp
     std::expected<void, Error> hold_all();
+    void tell_owed_stop(Line& line);
     std::expected<void, Error> enable_anew();
     std::expected<void, Error> bring_links_back();
     std::expected<void, Error> compare_models();

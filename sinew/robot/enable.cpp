@@ -12,6 +12,8 @@ namespace {
 
 using Planned = std::expected<wire::Requests, Error>;
 
+constexpr int most_tries = 4;
+
 /// What makes a device obey that may have been switched off before. The hold before it is what it then obeys.
 Planned plan_switch_on(const DeviceSpec& device)
 {
@@ -32,30 +34,44 @@ Planned plan_switch_on(const DeviceSpec& device)
 
 } // namespace
 
-/// And tell their devices of the stop that they have not heard. The first that is not back, after all had their turn.
+/// What was stopped while its link was lost, if that is back.
+void Core::tell_owed_stop(Line& line)
+{
+    auto& bus = line.bus();
+    if (!line.owes_stop())
+        return;
+    line.prepare_stop();
+    bus.request_stop();
+    if (bus.link_trouble() == nullptr)
+        drive();
+    if (bus.link_trouble() != nullptr)
+        return; // it goes out when that is back
+    line.owe_stop(!std::ranges::all_of(bus.stop_results(), &bus::Result::good));
+    bus.clear_stop();
+}
+
+/// Who is back hears of his stop before anybody waits for the others. The first that is not back, after all had their
+/// turn.
 std::expected<void, Error> Core::bring_links_back()
 {
+    for (auto& line : lines) {
+        line->bus().clear_stop();
+        (void)line->bus().tend();
+        tell_owed_stop(*line);
+    }
     std::expected<void, Error> all;
+    const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
     for (auto& line : lines) {
         auto& bus = line->bus();
-        bus.clear_stop(); // nobody waits for a link while a stop is asked for
-        const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
-        if (bus.link_trouble() != nullptr)
-            (void)bus.wait_for_link(patience);
-        if (line->owes_stop()) {
-            line->prepare_stop();
-            bus.request_stop();
-            if (bus.link_trouble() == nullptr)
-                drive();
-        }
         if (bus.link_trouble() != nullptr) {
-            if (all)
-                all = std::unexpected(*bus.link_trouble());
-            continue;
+            bus.clear_stop(); // nobody waits for a link while a stop is asked for
+            (void)bus.wait_for_link(patience);
+            tell_owed_stop(*line);
         }
-        bus.clear_stop();
-        line->owe_stop(false);
-        line->forgive();
+        if (bus.link_trouble() == nullptr)
+            line->forgive();
+        else if (all)
+            all = std::unexpected(*bus.link_trouble());
     }
     return all;
 }
@@ -155,12 +171,17 @@ std::expected<void, Error> Core::hold_all()
     for (Joint& joint : joints)
         if (joint.closed_ == nullptr && joint.command_.mode != Mode::release && joint.command_.mode != Mode::brake)
             joint.come_to_rest(joint.holding(false), clock->now());
-    // Nobody is judged by what he said before: the program may have asked nothing for a while.
-    for (auto& line : lines) {
-        line->clear();
-        line->plan_cycle(clock->now());
+    // Nobody is judged by what he said before: the program may have asked nothing for a while. Nor by one answer that
+    // is missing, or not believed.
+    const TimePoint begun = clock->now();
+    const auto is_old = [&](const Joint& joint) { return joint.closed_ == nullptr && joint.answered_at_ < begun; };
+    for (int i = 0; i < most_tries && (i == 0 || std::ranges::any_of(joints, is_old)); ++i) {
+        for (auto& line : lines) {
+            line->clear();
+            line->plan_cycle(clock->now());
+        }
+        exchange_lines();
     }
-    exchange_lines();
     for (auto& line : lines)
         if (auto fine = look_at(*line); !fine)
             return fine;
@@ -215,6 +236,7 @@ std::expected<void, Error> Core::enable_anew()
     }
     for (auto& line : lines) {
         line->forgive();
+        line->owe_stop(false);
         line->prepare_stop();
         tell_the_guardian(*line);
     }

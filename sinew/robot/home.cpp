@@ -16,11 +16,13 @@ namespace {
 
 constexpr Duration look = std::chrono::milliseconds{10};
 constexpr double arrived_rad = units::rad(0.5);
+constexpr int most_lettings_go = 3; ///< each lets a load come down a little
 /// One joint on its way against its stop.
 struct Search {
     Joint* joint = nullptr;
     StopSearch search;
     StopSearch::Seen seen = StopSearch::Seen::way;
+    std::uint64_t overruled = 0; ///< so often until it had found it
 };
 
 std::string was_stopped(const Joint& joint)
@@ -62,14 +64,15 @@ void Joint::end_search()
     begin(now());
 }
 
-/// What it holds against, once more, where it did not acknowledge that: at its stop nothing falls.
-void Joint::let_go_again()
+/// Of what it holds against, where it did not acknowledge that. Whether it was due.
+bool Joint::let_go_again()
 {
     if (command_.mode != Mode::hold || !may_press_on_)
-        return;
+        return false;
     must_relieve_ = std::exchange(may_press_on_, false);
     fresh_ = true;
     has_heard_ = false;
+    return true;
 }
 
 /// They must have heard it when this returns: nobody may drive after a routine that failed. A joint that takes no
@@ -115,10 +118,16 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
         return {};
     for (auto& search : searches) // all or none: nobody ends a search that is left behind
         search.joint->begin_search();
+    const auto lost_it_again = [](const Search& search) {
+        return search.seen == Seen::stop && search.joint->overruled_ != search.overruled;
+    };
     const auto one_look = [&] {
         for (auto& search : searches) {
-            if (search.seen == Seen::stop)
+            if (search.seen == Seen::stop) {
+                if (lost_it_again(search))
+                    return false;
                 continue;
+            }
             search.joint->renew();
             // Whoever was stopped by something else stands still as well, and not at his stop.
             if (search.joint->command_.mode != Mode::velocity)
@@ -129,8 +138,10 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
                 search.seen = Seen::way; // whoever is off stands still as well
             if (search.seen == Seen::too_far)
                 return false;
-            if (search.seen == Seen::stop)
+            if (search.seen == Seen::stop) {
                 search.joint->end_search();
+                search.overruled = search.joint->overruled_;
+            }
         }
         return std::ranges::any_of(searches, [](const Search& one) { return one.seen == Seen::way; });
     };
@@ -141,7 +152,10 @@ std::expected<void, Error> Core::find_stops(std::span<Joint* const> all, TimePoi
     }
     std::vector<Joint*> failed;
     std::optional<Error> why;
-    for (auto& [joint, search, seen] : searches) {
+    for (const auto& one : searches) {
+        const auto& [joint, search, seen, overruled] = one;
+        if (lost_it_again(one) && !why)
+            why = joint->overruled_by_;
         if (seen == Seen::stop)
             continue;
         failed.push_back(joint);
@@ -163,13 +177,22 @@ struct Core::Homeward {
     Joint* joint = nullptr;
     bool stays = false;
     std::uint64_t overruled = 0; ///< so often until it was told that
+    int let_go = 0;              ///< so often once more
 
     bool is_near() const
     {
         const double near = std::max(arrived_rad, 2.0 * joint->can_.position_step_rad);
         return joint->state_.position_rad && std::abs(*joint->state_.position_rad) <= near;
     }
-    bool is_done() const { return joint->stillness_.is_at_rest() && (stays ? joint->has_heard_ : is_near()); }
+    bool is_at_rest() const { return joint->stillness_.is_at_rest() && !joint->is_limp(Mode::hold); }
+    bool is_done() const { return is_at_rest() && is_near() && (!stays || joint->has_heard_); }
+    bool has_come_away() const { return stays && is_at_rest() && joint->has_heard_ && !is_near(); }
+    void look()
+    {
+        joint->renew();
+        if (stays && let_go < most_lettings_go && joint->let_go_again())
+            ++let_go;
+    }
     bool was_ended() const
     {
         return joint->overruled_ != overruled || joint->closed_ != nullptr ||
@@ -177,6 +200,9 @@ struct Core::Homeward {
     }
     std::string why_not(Duration within) const
     {
+        if (has_come_away())
+            return fmt::format("{} was at its stop, and is {:.1f} deg away from it since it was let go of",
+                               joint->name(), units::deg(std::abs(*joint->state_.position_rad)));
         if (stays)
             return fmt::format("{} is at its stop, and has not confirmed to hold there and to let go of it",
                                joint->name());
@@ -197,6 +223,7 @@ std::expected<void, Error> Core::send_home(Homeward& one)
                    fmt::format("{} cannot know where its position 0 is after power-on; it goes to where it counts "
                                "0. Give it a home with routine = \"stop\", or see to it yourself",
                                joint.name()));
+    joint.stillness_.begin(); // it stood, perhaps, for it was let go
     return joint.set(
         {.mode = Mode::position, .position_rad = 0.0, .velocity_rad_s = home_velocity_rad_s(joint.file())});
 }
@@ -214,13 +241,11 @@ std::expected<void, Error> Core::home(std::span<Joint* const> all, Duration with
             return hold_after(all, std::move(sent.error()));
     bool arrived = false;
     const auto one_look = [&] {
-        for (const auto& one : homeward) {
-            one.joint->renew();
-            if (one.stays)
-                one.joint->let_go_again();
-        }
+        for (auto& one : homeward)
+            one.look();
         arrived = std::ranges::all_of(homeward, &Homeward::is_done);
-        return std::ranges::none_of(homeward, &Homeward::was_ended) && !arrived;
+        return !arrived && std::ranges::none_of(
+                               homeward, [](const Homeward& one) { return one.was_ended() || one.has_come_away(); });
     };
     if (auto ran = run(look, one_look, until); !ran)
         return ran;

@@ -94,7 +94,7 @@ private:
     std::expected<void, Error> check_search() const;
     void begin_search();
     void end_search();
-    void let_go_again();
+    bool let_go_again();
     Command next(TimePoint at);
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;

@@ -144,10 +144,10 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int number, bool commands)
 /// One that is asked for meanwhile ends every exchange until it is carried out.
 bool Core::heed_another_stop()
 {
-    const bool is_asked = stop_asked_.exchange(false);
-    if (is_asked)
+    const bool is_asked_for = stop_asked_.exchange(false);
+    if (is_asked_for)
         send_stop();
-    return is_asked;
+    return is_asked_for;
 }
 
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)

@@ -87,6 +87,23 @@ TEST(NuriMotion, ComesToRestAfterItWasPushedThoughItWasAtRestWhenItWasToldTo)
     EXPECT_NEAR(bench.device.look().velocity_rad_s, 0.0, 1e-3);
 }
 
+/// To and fro by more than its current can: the trajectory is ahead of the shaft, and must not be far ahead.
+TEST(NuriMotion, ComesToRestSoonAlsoWhereItCouldNotFollow)
+{
+    for (int until_ms = 300; until_ms < 1500; until_ms += 70) {
+        NuriBench bench(spec_of());
+        for (int ms = 0; ms < until_ms; ms += 10) {
+            const double rpm = 4.0 * std::sin(6.0 * ms / 1000.0 + 0.7);
+            bench.send(nuri::AccelSpeedControl{rpm < 0 ? clockwise : counter_clockwise,
+                                               static_cast<std::uint16_t>(std::lround(std::abs(rpm) * 10.0)), 10});
+            bench.run(10ms);
+        }
+        bench.send(nuri::AccelSpeedControl{clockwise, 0, 1});
+        bench.run(500ms);
+        EXPECT_NEAR(bench.device.look().velocity_rad_s, 0.0, 1e-3) << until_ms;
+    }
+}
+
 TEST(NuriMotion, TellsPositionsInHundredthsAndInSpeedFeedbackInTenths)
 {
     covers("B 13");
