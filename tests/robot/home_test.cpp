@@ -333,27 +333,44 @@ TEST(Home, AMotorThatLostItsTurnsWhileTheRobotWasOnlyReadMustBeTakenHomeAgain)
     EXPECT_FALSE(rig.robot->find("knee")->referenced());
 }
 
-/// While another joint is still on its way; its supply failed for a moment.
+/// While another joint is still on its way to its zero, or still looks for its stop; its supply failed for a moment.
 TEST(Home, AJointThatStartsAfreshAtItsStopIsNotAtHome)
 {
-    Rig rig(
-        file_of("version = 1\n[safety]\npolicy = \"hold\"\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n"
-                "[joint.waist]\nbus = \"n\"\nid = 1\nposition_min_deg = -10\nposition_max_deg = 200\n"
-                "velocity_max_deg_s = 60\n[joint.waist.sim]\nstart_rad = 0.2\n[joint.waist.plant]\nstop_min_deg = -5\n"
-                "[joint.waist.home]\nroutine = \"stop\"\ndirection = -1\nvelocity_deg_s = 20\n"
-                "[joint.neck]\nbus = \"n\"\nid = 2\nvelocity_max_deg_s = 60\n[joint.neck.sim]\nstart_rad = 2.0\n"
-                "[joint.neck.home]\nvelocity_deg_s = 10\n"));
+    for (const bool is_search : {false, true}) {
+        Rig rig(file_of(
+            fmt::format("version = 1\n[safety]\npolicy = \"hold\"\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n"
+                        "[joint.waist]\nbus = \"n\"\nid = 1\nposition_min_deg = -10\nposition_max_deg = 200\n"
+                        "velocity_max_deg_s = 60\n[joint.waist.sim]\nstart_rad = 0.2\n[joint.waist.plant]\n"
+                        "stop_min_deg = -5\n[joint.waist.home]\nroutine = \"stop\"\ndirection = -1\n"
+                        "velocity_deg_s = 20\n[joint.neck]\nbus = \"n\"\nid = 2\nposition_min_deg = -10\n"
+                        "position_max_deg = 200\nvelocity_max_deg_s = 60\n[joint.neck.sim]\nstart_rad = 2.0\n"
+                        "[joint.neck.plant]\nstop_min_deg = -5\n[joint.neck.home]\nvelocity_deg_s = 10\n{}",
+                        is_search ? "routine = \"stop\"\ndirection = -1\n" : "")));
+        rig.enable();
+        bool is_cut = false;
+        rig.robot->buses().front()->set_tap([&](const bus::Tapped&) {
+            if (is_cut || rig.truth_rad("neck") > 1.0)
+                return;
+            is_cut = true;
+            EXPECT_TRUE(rig.robot->find("waist")->referenced());
+            rig.inject(sim::FaultKind::power_cut, "waist", 0.4);
+        });
+        EXPECT_NE(said(rig.robot->home()), "") << is_search;
+        EXPECT_TRUE(is_cut);
+        EXPECT_FALSE(rig.robot->find("waist")->referenced()) << is_search;
+    }
+}
+
+TEST(Home, AJointThatWasReleasedAtItsZeroIsHeldThereWhenItIsAtHome)
+{
+    Rig rig(file_of("version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.neck]\nbus = \"n\"\nid = 1\n"
+                    "velocity_max_deg_s = 60\n"));
     rig.enable();
-    bool is_cut = false;
-    rig.robot->buses().front()->set_tap([&](const bus::Tapped&) {
-        if (is_cut || rig.truth_rad("neck") > 1.0)
-            return;
-        is_cut = true;
-        rig.inject(sim::FaultKind::power_cut, "waist", 0.4);
-    });
-    EXPECT_NE(said(rig.robot->home()), "");
-    EXPECT_TRUE(is_cut);
-    EXPECT_FALSE(rig.robot->find("waist")->referenced());
+    ASSERT_EQ(said(rig.robot->set("neck", {.mode = Mode::release})), "");
+    ASSERT_EQ(said(rig.run(1s)), "");
+    ASSERT_EQ(rig.simulator->world().look("neck")->mode, "off");
+    EXPECT_EQ(said(rig.robot->home()), "");
+    EXPECT_EQ(rig.simulator->world().look("neck")->mode, "position");
 }
 
 } // namespace
