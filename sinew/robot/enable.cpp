@@ -41,6 +41,7 @@ void Core::tell_owed_stop(Line& line)
     if (!line.owes_stop())
         return;
     line.prepare_stop();
+    bus.set_stop(line.unseen_stop_requests()); // where its shafts are now is not known, though one may have answered
     bus.request_stop();
     if (bus.link_trouble() == nullptr)
         drive();
@@ -63,16 +64,18 @@ std::expected<void, Error> Core::bring_links_back()
     const TimePoint patience = clock->now() + std::chrono::milliseconds{300};
     for (auto& line : lines) {
         auto& bus = line->bus();
-        if (bus.link_trouble() != nullptr) {
-            bus.clear_stop(); // nobody waits for a link while a stop is asked for
+        bus.clear_stop(); // nobody waits for a link while a stop is asked for
+        if (bus.link_trouble() != nullptr)
             (void)bus.wait_for_link(patience);
-            tell_owed_stop(*line);
-        }
+        tell_owed_stop(*line);
         if (bus.link_trouble() == nullptr)
             line->forgive();
         else if (all)
             all = std::unexpected(*bus.link_trouble());
     }
+    for (auto& line : lines) // one that was lost meanwhile has stopped the others
+        if (line->bus().link_trouble() == nullptr)
+            line->bus().clear_stop();
     return all;
 }
 

@@ -1,6 +1,7 @@
 #include "tests/robot/rig.hpp"
 
 #include <gtest/gtest.h>
+#include <utility>
 
 /// A robot that is enabled when somebody enables it, or when a link that it lost is back.
 namespace sinew::robot::test {
@@ -127,6 +128,55 @@ TEST(Enable, AMotorOfABusThatIsBackIsStoppedAlthoughAnotherBusIsNot)
         EXPECT_NE(said(rig.robot->enable()), "");
         rig.simulator->clock().wait({}, rig.now() + 500ms);
         EXPECT_NEAR(rig.truth_rad_s(fmt::format("on_{}", back)), 0.0, 1e-3) << back;
+    }
+}
+
+/// It was moved by hand while its link was lost, and is braked; another one of its line is not back yet.
+TEST(Enable, AServoThatIsEnabledAgainAfterItsLinkWasLostDoesNotLeapToWhereItWas)
+{
+    std::string text = "version = 1\n[safety]\npolicy = \"hold\"\n[bus.s]\nfamily = \"sam\"\n";
+    for (const auto& [name, id] : {std::pair{"arm", 1}, std::pair{"wrist", 2}})
+        text += fmt::format("[joint.{0}]\nbus = \"s\"\nid = {1}\nmodel = \"SAM-20\"\n[joint.{0}.profile_options]\n"
+                            "response_level = 1\n",
+                            name, id);
+    Rig rig(file_of(text));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    const double before = rig.truth_rad("arm");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    rig.inject(sim::FaultKind::unplug, "wrist");
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = 0.3};
+    push.torque_nm = 6.0;
+    ASSERT_TRUE(rig.simulator->set_plugged("s", true));
+    EXPECT_NE(said(rig.robot->enable()).find("wrist"), std::string::npos);
+    rig.simulator->world().inject(push);
+    rig.simulator->clock().wait({}, rig.now() + 1s);
+    const double pushed = rig.truth_rad("arm");
+    ASSERT_GT(std::abs(pushed - before), units::rad(2));
+    EXPECT_NE(said(rig.robot->enable()).find("wrist"), std::string::npos);
+    rig.simulator->clock().wait({}, rig.now() + 1s);
+    EXPECT_NEAR(units::deg(rig.truth_rad("arm")), units::deg(pushed), 1.0);
+}
+
+TEST(Enable, TwoLinksThatComeBackTogetherAreNoStopThatSomebodyAskedFor)
+{
+    std::string text = "version = 1\n[safety]\npolicy = \"hold\"\n";
+    for (const auto* name : {"a", "b"})
+        text += fmt::format("[bus.{0}]\nfamily = \"rmd\"\n[joint.on_{0}]\nbus = \"{0}\"\nid = 1\nmodel = \"MG\"\n"
+                            "profile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n",
+                            name);
+    for (const Duration since_a_try : {0ms, 30ms, 60ms, 90ms, 120ms}) {
+        Rig rig(file_of(text));
+        rig.enable();
+        for (const auto* bus : {"a", "b"})
+            ASSERT_TRUE(rig.simulator->set_plugged(bus, false));
+        EXPECT_NE(said(rig.run(1s)), "");
+        (void)rig.robot->cycle(); // which tries to open them
+        rig.simulator->clock().wait({}, rig.now() + since_a_try);
+        for (const auto* bus : {"a", "b"})
+            ASSERT_TRUE(rig.simulator->set_plugged(bus, true));
+        EXPECT_EQ(said(rig.robot->enable()), "") << since_a_try.count();
     }
 }
 
