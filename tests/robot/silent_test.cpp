@@ -256,7 +256,8 @@ TEST(Silent, AJointThatWasBrakedAndOfWhichTheHoldOfAStopIsLostIsToldAgain)
         ASSERT_EQ(said(one.run({.mode = Mode::brake}, 100ms)), "");
         int holds = 0; // the first of which is that of the ready-made stop, to a motor that is off
         one.losses.of_sent = [&](const wire::Frame& frame) {
-            return frame.data[0] == speed_closed_loop && ++holds > 1 && holds <= 1 + lost;
+            holds += frame.data[0] == speed_closed_loop ? 1 : 0;
+            return frame.data[0] == speed_closed_loop && holds > 1 && holds <= 1 + lost;
         };
         EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed) << lost;
         EXPECT_GT(std::abs(one.simulator->world().look("knee")->current_a), 0.1) << "it is limp";
