@@ -137,11 +137,8 @@ void Core::exchange_lines()
         line->absorb(now);
     // A link that was lost when the robot was stopped is back and has sent its stop: from now on it may be read.
     for (auto& line : lines)
-        if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news()) {
-            const auto& heard = line->bus().stop_results();
-            line->owe_stop(line->owes_stop() && !std::ranges::all_of(heard, &bus::Result::good));
-            line->bus().clear_stop();
-        }
+        if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news())
+            line->close_stop();
 }
 
 /// Stops all for a reason; what is returned is the reason.
@@ -293,7 +290,6 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
 /// Answers without a checksum are believed when they agree, so one exchange may not be enough.
 std::expected<void, Error> Core::read(Depth depth)
 {
-    constexpr int most_tries = 4;
     const TimePoint begun = clock->now();
     const auto is_old = [&](const Joint& joint) {
         return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;

@@ -38,6 +38,7 @@ public:
     Pause pause; ///< of the loop
 
 private:
+    static constexpr int most_tries = 4; ///< of an exchange in which one answer may be missing, or not be believed
     std::expected<std::unique_ptr<bus::Bus>, Error> open_bus(const config::Bus& bus, const link::Links& links,
                                                              const OpenOptions& options);
     // enable.cpp

@@ -12,8 +12,6 @@ namespace {
 
 using Planned = std::expected<wire::Requests, Error>;
 
-constexpr int most_tries = 4;
-
 /// What makes a device obey that may have been switched off before. The hold before it is what it then obeys.
 Planned plan_switch_on(const DeviceSpec& device)
 {
@@ -47,8 +45,7 @@ void Core::tell_owed_stop(Line& line)
         drive();
     if (bus.link_trouble() != nullptr)
         return; // it goes out when that is back
-    line.owe_stop(!std::ranges::all_of(bus.stop_results(), &bus::Result::good));
-    bus.clear_stop();
+    line.close_stop();
 }
 
 /// Who is back hears of his stop before anybody waits for the others. The first that is not back, after all had their

@@ -232,6 +232,12 @@ void Line::prepare_stop()
     bus_->set_stop(stop_requests_);
 }
 
+void Line::close_stop()
+{
+    owes_stop_ = owes_stop_ && !std::ranges::all_of(bus_->stop_results(), &bus::Result::good);
+    bus_->clear_stop();
+}
+
 void Line::start()
 {
     bus_->start(requests(), std::span(results_).first(size_));

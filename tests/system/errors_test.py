@@ -8,20 +8,12 @@ import subprocess
 import tempfile
 import unittest
 
-from support import DEMO, PATIENCE, SINEW, Terminal, environment, sinew
+from support import DEMO, PATIENCE, SINEW, Refusing, Terminal, environment, sinew
 
 SAM = ["--family", "sam", "--id", "1"]
 
 
-class Errors(unittest.TestCase):
-    def refused(self, words, code, *parts):
-        done = sinew(*words, code=code)
-        self.assertEqual(done.stdout, "")
-        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
-        for part in parts:
-            self.assertIn(part, done.stderr)
-        return done.stderr
-
+class Errors(Refusing):
     def test_unknown_names_suggest_the_nearest(self):
         self.refused(["messages", "sam", "read-input-voltge"], 2, "did you mean read-input-voltage?")
         self.refused(["send", "serial:/dev/null", "pong", *SAM, "--dry-run"], 2, "did you mean ping?")

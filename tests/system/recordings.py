@@ -4,9 +4,8 @@ import os
 import resource
 import shutil
 import tempfile
-import unittest
 
-from support import DEMO, sinew
+from support import DEMO, Refusing, sinew
 
 ROBOT = ["--robot", DEMO] + [word for bus in ("left", "waist", "legs") for word in ("--link", f"{bus}=sim:{DEMO}#{bus}")]
 
@@ -16,20 +15,13 @@ def full_disk(limit):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
 
 
-class InFolder(unittest.TestCase):
+class InFolder(Refusing):
     def setUp(self):
         self.folder = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.folder)
 
     def path(self, name):
         return os.path.join(self.folder, name)
-
-    def refused(self, words, code, *parts):
-        done = sinew(*words, code=code)
-        self.assertEqual(done.stdout, "")
-        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
-        for part in parts:
-            self.assertIn(part, done.stderr)
 
     def frames(self, file):
         return [json.loads(line) for line in sinew("sniff", "--replay", file, "--json").stdout.splitlines()]

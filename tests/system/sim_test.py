@@ -7,7 +7,7 @@ import tempfile
 import tomllib
 import unittest
 
-from support import PATIENCE, SINEW, Simulator, Terminal, as_json, environment, sinew
+from support import PATIENCE, SINEW, Refusing, Simulator, Terminal, as_json, environment, sinew
 
 ROBOT = """version = 1
 name = "small"
@@ -35,7 +35,7 @@ model = "MG"
 LINES = ROBOT.count("\n")
 
 
-class Apart(unittest.TestCase):
+class Apart(Refusing):
     """Each test in a folder of its own, where no other simulator is found."""
 
     def setUp(self):
@@ -55,13 +55,6 @@ class Apart(unittest.TestCase):
         with open(path, "w") as file:
             file.write(text)
         return path
-
-    def refused(self, words, code, *parts):
-        done = sinew(*words, code=code)
-        self.assertEqual(done.stdout, "")
-        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
-        for part in parts:
-            self.assertIn(part, done.stderr)
 
 
 class Control(Apart):

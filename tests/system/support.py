@@ -79,6 +79,17 @@ def demo_with(*lines):
         return robot_file("\n".join([file.read(), *lines, ""]))
 
 
+class Refusing(unittest.TestCase):
+    def refused(self, words, code, *parts):
+        """That a command ends with this code, one sentence that has all parts, and nothing else; the sentence."""
+        done = sinew(*words, code=code)
+        self.assertEqual(done.stdout, "")
+        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
+        for part in parts:
+            self.assertIn(part, done.stderr)
+        return done.stderr
+
+
 class Simulator:
     """`sinew sim` of a robot file, with its links by bus name; `words` are further options."""
 
