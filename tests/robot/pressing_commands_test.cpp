@@ -70,6 +70,32 @@ TEST(Pressing, AJointThatTurnedAwayFromWhatBlockedItIsNotLetGo)
     EXPECT_EQ(let_go, 0);
 }
 
+/// One frame drives all of them.
+TEST(Pressing, AMotorOfAGroupThatTurnedAwayFromWhatBlockedItIsNotLetGo)
+{
+    auto text = std::string(blocked_knee).replace(blocked_knee.find("nm = 5"), 6, "nm = 0");
+    LossyRobot one(text + "[joint.other]\nbus = \"r\"\nid = 2\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n");
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    int let_go = 0, groups = 0;
+    bool loses = true;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        const bool is_group = frame.can_id == 0x280;
+        const bool lets_go = frame.can_id == 0x141 && frame.data[0] == torque_closed_loop;
+        let_go += lets_go ? 1 : 0;
+        groups += is_group ? 1 : 0;
+        return lets_go && loses;
+    };
+    ASSERT_EQ(said(one.run({.mode = Mode::hold}, 500ms)), "");
+    ASSERT_GT(let_go, 0) << "nor was it acknowledged";
+    loses = false;
+    ASSERT_EQ(said(one.robot->set("other", {.mode = Mode::current, .current_a = 0.1})), "");
+    ASSERT_EQ(said(one.run({.mode = Mode::current, .current_a = -0.4}, 60ms)), "");
+    ASSERT_GT(groups, 0);
+    let_go = 0;
+    EXPECT_EQ(one.robot->stop().front().outcome, Stopped::Outcome::confirmed);
+    EXPECT_EQ(let_go, 0);
+}
+
 /// What ends a cycle before its exchange was planned, and told nobody.
 TEST(Pressing, AHoldThatWasPlannedAndNeverSentIsNoHold)
 {
