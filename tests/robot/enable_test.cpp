@@ -1,4 +1,4 @@
-#include "tests/robot/rig.hpp"
+#include "tests/robot/lossy_can.hpp"
 
 #include <gtest/gtest.h>
 #include <utility>
@@ -129,6 +129,30 @@ TEST(Enable, AMotorOfABusThatIsBackIsStoppedAlthoughAnotherBusIsNot)
         rig.simulator->clock().wait({}, rig.now() + 500ms);
         EXPECT_NEAR(rig.truth_rad_s(fmt::format("on_{}", back)), 0.0, 1e-3) << back;
     }
+}
+
+/// The first one that went out when its link was back was lost.
+TEST(Enable, AStopThatAMotorDidNotAcknowledgeWhenItsLinkWasBackIsStillOwed)
+{
+    std::string text = "version = 1\n[safety]\npolicy = \"hold\"\n";
+    for (const auto& [joint, id] : {std::pair{"knee", 1}, std::pair{"waist", 2}})
+        text += fmt::format("[bus.of_{0}]\nfamily = \"rmd\"\n[joint.{0}]\nbus = \"of_{0}\"\nid = {1}\nmodel = \"MG\"\n"
+                            "profile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n",
+                            joint, id);
+    LossyRobot one(text);
+    const auto turns_at = [&] { return std::abs(one.simulator->world().look("knee")->velocity_rad_s); };
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.3}, 300ms)), "");
+    ASSERT_TRUE(one.simulator->set_plugged("of_knee", false));
+    EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
+    one.simulator->world().inject({.kind = sim::FaultKind::unplug, .joint = "waist"});
+    ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
+    one.losses.of_sent = [](const wire::Frame& frame) { return frame.can_id == 0x141; };
+    EXPECT_NE(said(one.robot->enable()), "");
+    ASSERT_GT(turns_at(), 0.2) << "it has heard nothing";
+    one.losses.of_sent = [](const wire::Frame&) { return false; };
+    EXPECT_NE(said(one.robot->enable()).find("waist"), std::string::npos);
+    one.simulator->clock().wait({}, one.simulator->clock().now() + 500ms);
+    EXPECT_NEAR(turns_at(), 0.0, 1e-3);
 }
 
 /// It was moved by hand while its link was lost, and is braked; another one of its line is not back yet.
