@@ -1,4 +1,3 @@
-#include "sinew/family/nuri/messages.hpp"
 #include "sinew/robot/core.hpp"
 #include "sinew/robot/identity.hpp"
 #include "sinew/wire/by_name.hpp"
@@ -12,21 +11,16 @@ namespace {
 
 using Planned = std::expected<wire::Requests, Error>;
 
-/// What makes a device obey that may have been switched off before. The hold before it is what it then obeys.
+/// What makes a device obey that may have been switched off before. The hold before it is what it then obeys. A Nuri's
+/// hold has that in it where it says that it is off: its switch is in its flash.
 Planned plan_switch_on(const DeviceSpec& device)
 {
     wire::Requests out;
-    const auto add = [&](std::string_view message, std::initializer_list<wire::NamedNumber> numbers) {
-        if (line_of(device).find(message) == nullptr)
-            return;
-        if (const auto request = wire::make_request(line_of(device), message, id_of(device), numbers,
-                                                    options_of(device), response_time_of(device)))
-            out.add(*request);
-    };
-    if (std::holds_alternative<rmd::Spec>(device))
-        add("motor-running", {});
-    if (std::holds_alternative<nuri::Spec>(device))
-        add("set-control-on-off", {{"control", static_cast<std::int64_t>(nuri::Control::on)}});
+    if (!std::holds_alternative<rmd::Spec>(device) || line_of(device).find("motor-running") == nullptr)
+        return out;
+    if (const auto request = wire::make_request(line_of(device), "motor-running", id_of(device), {}, options_of(device),
+                                                response_time_of(device)))
+        out.add(*request);
     return out;
 }
 
@@ -135,6 +129,12 @@ std::expected<void, Error> Core::switch_all_on()
             return done;
         if (auto done = exchange_all("it was told to hold", hold); !done)
             return done;
+        // What was not heard is said again.
+        const auto ask = [](Joint& joint) {
+            return joint.acknowledges_ ? Planned{} : joint.driver_->plan_read(Depth::full);
+        };
+        if (auto done = exchange_all("its state", ask); !done)
+            return done;
     }
     return {};
 }
@@ -164,13 +164,15 @@ std::expected<void, Error> Core::hold_all()
 {
     if (auto fine = heed_the_guardian(); !fine)
         return fine;
+    for (auto& line : lines)
+        line->prepare_stop(); // what is ready is of the last cycle, which may be long ago
     drive();
     for (auto& line : lines)
         if (line->busy())
             line->absorb(clock->now());
     for (Joint& joint : joints)
         if (joint.closed_ == nullptr && joint.command_.mode != Mode::release && joint.command_.mode != Mode::brake)
-            joint.come_to_rest(joint.holding(false), clock->now());
+            joint.come_to_rest(joint.holding(joint.is_unplaced()), clock->now());
     // Nobody is judged by what he said before: the program may have asked nothing for a while. Nor by one answer that
     // is missing, or not believed.
     const TimePoint begun = clock->now();

@@ -203,6 +203,8 @@ void Joint::take(const Command& command, TimePoint at)
                      .velocity_rad_s = command.velocity_rad_s.value_or(mean_velocity_rad_s_),
                      .at = at};
     }
+    if (command.mode == Mode::release && !acknowledges_)
+        full_at_ = at; // its word for it takes the place of repetitions
     if (command.mode == Mode::hold) {
         held_ = raw_;
         must_relieve_ = std::exchange(may_press_on_, false);
@@ -235,6 +237,7 @@ void Joint::start_afresh(std::string why, TimePoint at)
     silence_.reset();
     leapt_ = false;
     must_set_up_ = true;
+    planned_at_ = at; // it may have come up switched on, whatever it said before
     guard_.begin(state_, at);
     if (command_.mode != Mode::release && command_.mode != Mode::brake) {
         hold_here(at);

@@ -98,6 +98,7 @@ private:
     Command next(TimePoint at);
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
+    bool has_let_go() const;
     bool may_send() const;
     /// After an exchange: nothing of what it was told last is still to be sent, for all that its answers say.
     void see_whether_it_has_heard()
@@ -137,6 +138,8 @@ private:
     Mode policy() const;
     /// To hold, or to brake where that would be a leap. `unseen` as above.
     Mode holding(bool unseen) const;
+    /// Whether it must be told where to hold, and where it is was not measured lately.
+    bool is_unplaced() const;
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
     /// Whether any answer can tell that it does what a stop has told it.

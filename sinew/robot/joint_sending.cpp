@@ -49,8 +49,16 @@ void Joint::rest_of_move(Command& command, TimePoint at) const
     command.duration = std::max<Duration>({deadline_ - at, least, std::chrono::milliseconds{1}});
 }
 
+/// By its own word since it was told. A Nuri writes what it is told of that into its flash.
+bool Joint::has_let_go() const
+{
+    return planned_.mode == Mode::release && raw_.says_off() && raw_.enabled.at() > planned_at_;
+}
+
 bool Joint::must_send(const Command& command, TimePoint at) const
 {
+    if (command.mode == Mode::release && !acknowledges_ && has_let_go())
+        return false;
     if (fresh_ || repetitions_ > 0)
         return true;
     if (command.duration)
@@ -66,7 +74,7 @@ bool Joint::may_send() const
     if (lets_go(command_) || (mode == Mode::hold && !holds_a_position_))
         return true;
     const bool is_leap = holds_a_position_ && (mode == Mode::position || mode == Mode::hold);
-    return !silence_ && !(is_leap ? missing_since_.has_value() : is_silent());
+    return !silence_ && !(is_leap ? missing_since_ || is_unplaced() : is_silent());
 }
 
 /// Instead of a command that may not be sent. What drives without end and is to do something else is stopped, wherever
@@ -101,6 +109,8 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         must_relieve_ = true;
     if (!may_send())
         return plan_look(resolution_rad);
+    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_doubtful(at - held_.position_rad.at()))
+        held_ = raw_; // nobody had looked for a while when it was told to hold
     const Command command = next(at);
     const Command own = mounting_.to_actuator(command);
     const bool sends = must_send(own, at);
@@ -149,9 +159,15 @@ Mode Joint::holding(bool unseen) const
     return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
 }
 
+/// Nor has anybody looked for a while: the program did something else, and so may a hand have.
+bool Joint::is_unplaced() const
+{
+    return holds_a_position_ && (!raw_.position_rad || is_doubtful(now() - raw_.position_rad.at()));
+}
+
 Mode Joint::stopping(bool unseen) const
 {
-    return policy() == Mode::hold ? holding(unseen) : policy();
+    return policy() == Mode::hold ? holding(unseen || is_unplaced()) : policy();
 }
 
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const

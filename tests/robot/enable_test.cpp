@@ -155,6 +155,47 @@ TEST(Enable, AStopThatAMotorDidNotAcknowledgeWhenItsLinkWasBackIsStillOwed)
     EXPECT_NEAR(turns_at(), 0.0, 1e-3);
 }
 
+/// A Nuri keeps its switch in its flash.
+TEST(Enable, ANuriIsNotWornByBeingEnabledAndReleased)
+{
+    Rig rig(
+        file_of("version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.waist]\nbus = \"n\"\nid = 1\n"));
+    auto writes = [&, before = std::uint64_t{0}]() mutable {
+        const auto all = rig.simulator->world().flash_writes();
+        return all - std::exchange(before, all);
+    };
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    EXPECT_EQ(writes(), 0U) << "it says that it is on";
+    ASSERT_EQ(said(rig.robot->set("waist", {.mode = Mode::release})), "");
+    ASSERT_EQ(said(rig.run(10s)), "");
+    EXPECT_FALSE(*rig.robot->find("waist")->state().enabled);
+    EXPECT_LE(writes(), 2U);
+    ASSERT_EQ(said(rig.robot->set("waist", {.mode = Mode::hold})), "");
+    ASSERT_EQ(said(rig.run(1s)), "");
+    EXPECT_TRUE(*rig.robot->find("waist")->state().enabled);
+    EXPECT_LE(writes(), 2U);
+    ASSERT_EQ(said(rig.robot->set("waist", {.mode = Mode::release})), "");
+    ASSERT_EQ(said(rig.run(1s)), "");
+    EXPECT_LE(writes(), 2U);
+    rig.enable();
+    EXPECT_TRUE(*rig.robot->find("waist")->state().enabled);
+    EXPECT_LE(writes(), 1U);
+}
+
+/// It comes up switched on, and a Nuri that holds cannot be moved by hand.
+TEST(Enable, AReleasedNuriThatStartsAfreshIsReleasedAgain)
+{
+    Rig rig(
+        file_of("version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.waist]\nbus = \"n\"\nid = 1\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("waist", {.mode = Mode::release})), "");
+    ASSERT_EQ(said(rig.run(2s)), "");
+    rig.simulator->world().find_device("waist")->power_cycle();
+    ASSERT_EQ(said(rig.run(2s)), "");
+    EXPECT_FALSE(*rig.robot->find("waist")->state().enabled);
+}
+
 /// It was moved by hand while its link was lost, and is braked; another one of its line is not back yet.
 TEST(Enable, AServoThatIsEnabledAgainAfterItsLinkWasLostDoesNotLeapToWhereItWas)
 {

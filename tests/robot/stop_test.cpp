@@ -37,6 +37,49 @@ TEST(Stop, AServoThatMustBeToldWhereToHoldIsToldNoPlaceThatIsOld)
     EXPECT_EQ(names(rig.robot->unseen_stop_requests(0)), names(rig.robot->stop_requests(0))) << "it was let go";
 }
 
+const char* const servo_by_hand =
+    "version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n";
+
+/// A program that asks its user to guide the arm by hand, and waits for a key.
+void guide_by_hand(Rig& rig, Duration pause)
+{
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = seconds(pause) / 2};
+    push.torque_nm = 6.0;
+    rig.simulator->world().inject(push);
+    rig.simulator->clock().wait({}, rig.now() + pause);
+}
+
+TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
+{
+    enum class Then { cycle, stop, hold };
+    for (const Then then : {Then::cycle, Then::stop, Then::hold}) {
+        Rig rig(file_of(servo_by_hand));
+        rig.enable();
+        ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
+        ASSERT_EQ(said(rig.run(100ms)), "");
+        const double before = rig.truth_rad("arm");
+        guide_by_hand(rig, then == Then::hold ? 400ms : 1s);
+        const double guided = rig.truth_rad("arm");
+        ASSERT_GT(std::abs(guided - before), units::rad(3));
+        double furthest = 0.0;
+        const auto look = [&] { furthest = std::max(furthest, std::abs(rig.truth_rad("arm") - guided)); };
+        if (then == Then::hold) {
+            ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::hold})), "");
+        }
+        if (then == Then::stop)
+            (void)rig.robot->stop();
+        else
+            (void)rig.robot->cycle();
+        for (int i = 0; i < 100; ++i, look())
+            if (then == Then::hold)
+                (void)rig.run(10ms);
+            else
+                rig.simulator->clock().wait({}, rig.now() + 10ms);
+        EXPECT_LT(units::deg(furthest), 2.0)
+            << static_cast<int>(then) << ": it turns on a little when the hand lets go";
+    }
+}
+
 /// Its answers are gone, it still hears: to hold where it was measured last would be a leap back.
 TEST(Stop, AServoOfWhichNothingIsHeardDoesNotLeapBackWhenItIsStopped)
 {
