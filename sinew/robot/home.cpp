@@ -90,7 +90,11 @@ std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
         joint->stillness_.begin();
     }
     const auto is_at_rest = [](const Joint* joint) { return joint->stillness_.is_at_rest(); };
-    const auto one_look = [&] { return !std::ranges::all_of(held, is_at_rest); };
+    // What ended the routine may have told others what they do now: that is planned, and has not gone out yet.
+    const auto is_owed = [](const Joint& joint) { return joint.fresh_ && !joint.is_silent(); };
+    const auto one_look = [&] {
+        return !std::ranges::all_of(held, is_at_rest) || std::ranges::any_of(joints, is_owed);
+    };
     auto ran = run(look, one_look, clock->now() + longest_rest);
     for (Joint* joint : all) {
         joint->guard_.watch_place(true);

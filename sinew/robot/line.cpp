@@ -15,6 +15,12 @@ constexpr Duration between_reset_checks = std::chrono::seconds{1};
 constexpr std::size_t most_a_joint = 3 * wire::Requests::capacity;
 constexpr int last_of_group = 4;
 
+/// Each member of a group answers for itself.
+auto find_reply_of(const Joint& joint, std::span<const wire::Frame> replies)
+{
+    return std::ranges::find(replies, std::get<rmd::Spec>(joint.device()).reply_identifier(), &wire::Frame::can_id);
+}
+
 } // namespace
 
 void Line::set_joints(std::vector<Joint*> joints)
@@ -262,14 +268,14 @@ void Line::absorb(TimePoint now)
         }
         if (!request.answered)
             continue;
-        for (std::size_t reply = 0; reply < result.reply_count; ++reply) {
-            const auto& frame = result.replies[reply];
-            const TimePoint at = result.at - bus::frame_time(wire, frame.size, bus::Stuffing::least);
-            if (owners_[i] != nullptr)
-                owners_[i]->absorb(request, frame, at);
+        const auto replies = std::span(result.replies).first(result.reply_count);
+        for (Joint* joint : owners_[i] != nullptr ? std::span(&owners_[i], 1) : std::span(group_)) {
+            const auto own = owners_[i] != nullptr ? replies.begin() : find_reply_of(*joint, replies);
+            if (own != replies.end())
+                joint->absorb(request, *own, result.at - bus::frame_time(wire, own->size, bus::Stuffing::least));
             else
-                for (Joint* joint : group_)
-                    joint->absorb(request, frame, at);
+                joint->failed({.code = Errc::timeout, .detail = "it did not answer the frame of its group"}, result.at,
+                              &request);
         }
     }
     for (Joint* joint : joints_)

@@ -174,6 +174,23 @@ TEST(Home, AJointThatThePolicyLetGoIsNotSeizedByARoutineThatFails)
     }
 }
 
+/// Nothing else keeps the routine looking. Whether it is found out after an exchange or before one is chance.
+TEST(Home, AJointThatIsStoppedForItsCurrentHearsOfThatBeforeItsRoutineFails)
+{
+    for (int start_deg = 0; start_deg < 20; ++start_deg) {
+        Rig rig(file_of(fmt::format(
+            "version = 1\n[safety]\npolicy = \"release\"\non_fault = \"joint\"\n[bus.r]\nfamily = \"rmd\"\n"
+            "[joint.knee]\nbus = \"r\"\nid = 1\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n"
+            "current_max_a = 1\nvelocity_max_deg_s = 60\n[joint.knee.home]\nroutine = \"stop\"\ndirection = 1\n"
+            "[joint.knee.sim]\nstart_rad = {}\n[joint.knee.plant]\nstop_max_deg = 30\n",
+            units::rad(start_deg))));
+        rig.enable();
+        EXPECT_NE(said(rig.robot->home("knee")), "");
+        rig.simulator->clock().wait({}, rig.now() + 500ms);
+        EXPECT_NEAR(rig.simulator->world().look("knee")->current_a, 0.0, 0.01) << start_deg;
+    }
+}
+
 TEST(Home, AJointThatTheProgramReleasedIsNotSeizedByARoutineThatIsRefused)
 {
     auto file = file_of(servos(""));

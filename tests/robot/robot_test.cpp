@@ -122,6 +122,23 @@ TEST(Robot, FourMotorsThatAreDrivenByACurrentShareOneFrame)
     EXPECT_EQ(groups, 0) << "a group that is not whole would drive the third";
 }
 
+/// The others of its group do.
+TEST(Robot, AMotorOfAGroupThatAnswersNothingIsSilent)
+{
+    std::string text = "version = 1\n[bus.r]\nfamily = \"rmd\"\n";
+    for (int id = 1; id <= 3; ++id)
+        text += fmt::format("[joint.m{0}]\nbus = \"r\"\nid = {0}\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n", id);
+    Rig rig(file_of(text));
+    rig.enable();
+    for (Joint& joint : rig.robot->joints())
+        ASSERT_EQ(said(joint.set({.mode = Mode::current, .current_a = 0.1})), "");
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    rig.inject(sim::FaultKind::unplug, "m2");
+    const auto ran = rig.run(2s);
+    EXPECT_NE(said(ran).find("m2"), std::string::npos) << said(ran);
+    EXPECT_NE(said(ran).find("has not answered"), std::string::npos) << said(ran);
+}
+
 TEST(Robot, ACoarserResolutionMakesShorterMessages)
 {
     Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\n"

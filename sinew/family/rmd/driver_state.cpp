@@ -161,7 +161,7 @@ std::expected<void, Error> Driver::absorb(const wire::Request& asked, const wire
 {
     const wire::MessageInfo& message = *asked.message;
     const bool is_group = message.request.layout->can_fixed;
-    if (is_group && reply.can_id != spec_.profile.reply_identifier_base + static_cast<std::uint32_t>(spec_.id))
+    if (is_group && reply.can_id != spec_.reply_identifier())
         return {};
     const auto answer = wire::decode(message, wire::Direction::reply, reply, asked.options);
     if (!answer)

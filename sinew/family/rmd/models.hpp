@@ -131,6 +131,8 @@ struct Spec {
     std::array<wire::Override, 20> overrides{};
     std::size_t override_count = 0;
 
+    /// Of the frames with which it answers.
+    std::uint32_t reply_identifier() const { return profile.reply_identifier_base + static_cast<std::uint32_t>(id); }
     /// Amperes per raw unit of `iq` in replies; not given: not known.
     std::optional<double> iq_a() const;
     /// Amperes per raw unit of the phase currents; 0: not known.
