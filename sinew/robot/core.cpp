@@ -154,14 +154,29 @@ std::unexpected<Error> Core::stop_for(Error why)
     return std::unexpected(std::move(why));
 }
 
+/// One that was asked for while the robot is not enabled. Whoever enables it is told; until then it can be read.
+void Core::let_a_stop_out()
+{
+    if (enabled || !stop_asked_.load())
+        return;
+    drive();
+    for (auto& line : lines)
+        if (line->bus().link_trouble() == nullptr)
+            line->close_stop();
+}
+
 std::expected<void, Error> Core::read_only()
 {
-    for (auto& line : lines) {
+    let_a_stop_out();
+    for (auto& line : lines)
         line->clear();
+    const TimePoint begun = clock->now();
+    plan_owed_stops(false);
+    for (auto& line : lines)
         for (Joint* joint : line->joints())
-            (void)line->plan_read(*joint, Depth::motion);
-    }
+            (void)line->plan_read(*joint, joint->owes_stop_ ? Depth::full : Depth::motion);
     exchange_lines();
+    hear_of_owed_stops(begun);
     if (fault)
         return std::unexpected(*fault);
     return fail(Errc::unsupported, "the robot is not enabled; it was only read");
@@ -189,6 +204,18 @@ std::expected<void, Error> Core::look_at(Line& line)
     return {};
 }
 
+/// One that lost its link has stopped the others, which is no fault of theirs.
+std::expected<void, Error> Core::look_at_all()
+{
+    for (auto& line : lines)
+        if (line->is_lost())
+            return look_at(*line);
+    for (auto& line : lines)
+        if (auto fine = look_at(*line); !fine)
+            return fine;
+    return {};
+}
+
 std::expected<void, Error> Core::cycle()
 {
     ask_for_real_time();
@@ -207,13 +234,7 @@ std::expected<void, Error> Core::cycle()
         line->plan_cycle(now);
     exchange_lines();
     pause.rest_until(clock->now());
-    for (auto& line : lines)
-        if (line->is_lost())
-            return look_at(*line);
-    for (auto& line : lines)
-        if (auto fine = look_at(*line); !fine)
-            return fine;
-    return {};
+    return look_at_all();
 }
 
 std::expected<void, Error> Core::run(Duration period, const std::function<bool()>& each, TimePoint until)
@@ -290,6 +311,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
 /// Answers without a checksum are believed when they agree, so one exchange may not be enough.
 std::expected<void, Error> Core::read(Depth depth)
 {
+    let_a_stop_out();
     const TimePoint begun = clock->now();
     const auto is_old = [&](const Joint& joint) {
         return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;
@@ -307,7 +329,8 @@ std::expected<void, Error> Core::read(Depth depth)
     for (const Joint& joint : joints)
         if (joint.answered_at_ < begun) {
             Error why = joint.trouble_.value_or(Error{.code = Errc::timeout});
-            why.detail = fmt::format("{} does not answer", joint.name());
+            if (why.code != Errc::stopped)
+                why.detail = fmt::format("{} does not answer", joint.name());
             return std::unexpected(std::move(why));
         }
     return {};

@@ -44,7 +44,10 @@ private:
     // enable.cpp
     std::expected<void, Error> hold_all();
     void tell_owed_stop(Line& line);
-    std::expected<void, Error> enable_anew();
+    std::expected<void, Error> check_no_stop() const;
+    std::expected<void, Error> look_before_enabling();
+    std::expected<void, Error> read_where_they_are();
+    std::expected<void, Error> take_hold();
     std::expected<void, Error> bring_links_back();
     std::expected<void, Error> compare_models();
     std::expected<void, Error> exchange(std::string_view what);
@@ -59,7 +62,9 @@ private:
     std::unexpected<Error> hold_after(std::span<Joint* const> all, Error why);
 
     std::expected<void, Error> read_only();
+    void let_a_stop_out();
     std::expected<void, Error> look_at(Line& line);
+    std::expected<void, Error> look_at_all();
     void exchange_lines();
     std::unexpected<Error> stop_for(Error why);
     /// Once for every thread that drives.
@@ -76,7 +81,10 @@ private:
     void ask(Line& line, Joint& joint, Stopped& outcome, const Look& look);
     void hear(Joint& joint, Stopped& outcome, const Look& look);
     bool ask_again(std::vector<Stopped>& outcomes, int number, bool commands);
+    static bool has_obeyed(const Joint& joint, Mode told, TimePoint since);
     void conclude(std::vector<Stopped>& outcomes);
+    void plan_owed_stops(bool at_once); ///< else not at every look
+    void hear_of_owed_stops(TimePoint begun);
     Stopped& outcome_of(const Joint& joint, std::vector<Stopped>& outcomes) const;
     // guarding.cpp
     std::expected<void, Error> hand_over(std::size_t line);
@@ -88,6 +96,7 @@ private:
     void drive();
     void rest();
 
+    /// Until whoever drives has carried it out, or has told whoever enables.
     std::atomic<bool> stop_asked_{false};
     bool is_stopping_ = false; ///< its frames are out, and it is not over
     std::uint64_t driver_ = 0; ///< the thread that asked last

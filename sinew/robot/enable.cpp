@@ -1,15 +1,19 @@
 #include "sinew/robot/core.hpp"
 #include "sinew/robot/identity.hpp"
+#include "sinew/robot/pressing.hpp"
 #include "sinew/wire/by_name.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 /// From whatever the devices were doing to joints that hold where they are.
 namespace sinew::robot {
 namespace {
 
 using Planned = std::expected<wire::Requests, Error>;
+
+constexpr int times_to_believe = 3;
 
 /// What makes a device obey that may have been switched off before. The hold before it is what it then obeys. A Nuri's
 /// hold has that in it where it says that it is off: its switch is in its flash.
@@ -139,23 +143,35 @@ std::expected<void, Error> Core::switch_all_on()
     return {};
 }
 
+std::expected<void, Error> Core::check_no_stop() const
+{
+    if (stop_asked_.load())
+        return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
+    return {};
+}
+
 std::expected<void, Error> Core::enable()
 {
     const bool was_enabled = enabled;
     if (was_enabled)
         if (auto held = hold_all(); !held)
             return held;
-    // One that was carried out has cleared it.
-    if (was_enabled && stop_asked_.load())
+    auto done = check_no_stop();
+    if (!done && was_enabled)
         return stop_for({.code = Errc::stopped});
-    if (stop_asked_.exchange(false)) // nobody drove
-        return fail(Errc::stopped, "a stop was asked for before the robot was enabled; enable it again to go on");
     enabled = false;
-    auto done = enable_anew();
-    if (!done && was_enabled) {
-        enabled = true; // until here it was, and what could not be told to hold may turn
+    if (done)
+        done = look_before_enabling();
+    const bool may_drive = was_enabled || done.has_value();
+    if (done)
+        done = take_hold();
+    if (done)
+        return done;
+    if (may_drive) {
+        enabled = true; // as far as that goes: what could not be told to hold may turn
         return stop_for(std::move(done.error()));
     }
+    stop_asked_.store(false); // it was told
     return done;
 }
 
@@ -184,17 +200,41 @@ std::expected<void, Error> Core::hold_all()
         }
         exchange_lines();
     }
-    for (auto& line : lines)
-        if (auto fine = look_at(*line); !fine)
-            return fine;
+    return look_at_all();
+}
+
+/// As often as it takes to believe answers without a checksum: what was read before a while is no place to hold.
+std::expected<void, Error> Core::read_where_they_are()
+{
+    const TimePoint begun = clock->now();
+    const auto is_old = [&](const Joint& joint) {
+        return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;
+    };
+    for (int i = 0; i < times_to_believe || (i < times_to_believe + most_tries && std::ranges::any_of(joints, is_old));
+         ++i) {
+        const Depth depth = i == 0 ? Depth::full : Depth::motion;
+        if (auto done = exchange_all("its state", [&](Joint& joint) { return joint.driver_->plan_read(depth); }); !done)
+            return done;
+    }
+    if (const auto joint = std::ranges::find_if(joints, is_old); joint != joints.end())
+        return fail(Errc::bad_reply, fmt::format("{} does not tell where it is, or not the same twice, so it cannot "
+                                                 "be held to its limits",
+                                                 joint->name()));
     return {};
 }
 
-std::expected<void, Error> Core::enable_anew()
+/// Nothing is driven by that.
+std::expected<void, Error> Core::look_before_enabling()
 {
     pause.leave();
     if (auto back = bring_links_back(); !back)
         return back;
+    if (auto fine = check_no_stop(); !fine)
+        return fine; // its flags are cleared there
+    for (auto& line : lines)
+        line->clear();
+    plan_owed_stops(true);
+    exchange_lines();
     // A loss that ended no exchange is told by the first one.
     if (auto done = compare_models(); !done) {
         if (done.error().code != Errc::link_lost)
@@ -204,18 +244,11 @@ std::expected<void, Error> Core::enable_anew()
     }
     if (auto done = exchange_all("its settings", [](Joint& joint) { return joint.driver_->plan_settings(); }); !done)
         return done;
-    // As often as it takes to believe answers without a checksum.
-    for (const Depth depth : {Depth::full, Depth::motion, Depth::motion})
-        if (auto done = exchange_all("its state", [&](Joint& joint) { return joint.driver_->plan_read(depth); }); !done)
-            return done;
-    if (auto done = exchange_all("its settings", [](Joint& j) { return j.driver_->plan_reset_check(); }); !done)
+    if (auto done = read_where_they_are(); !done)
         return done;
-    for (const Joint& joint : joints)
-        if (!joint.raw_.position_rad)
-            return fail(Errc::bad_reply,
-                        fmt::format("{} does not tell where it is, or not the same twice, so it cannot "
-                                    "be held to its limits",
-                                    joint.name()));
+    if (auto done = exchange_all("whether it starts afresh", [](Joint& j) { return j.driver_->plan_reset_check(); });
+        !done)
+        return done;
     // From here on every joint is to hold, and a stop must not let go what a device held before.
     for (Joint& joint : joints)
         joint.command_ = {.mode = Mode::hold};
@@ -223,6 +256,11 @@ std::expected<void, Error> Core::enable_anew()
         line->prepare_stop();
     if (auto watched = hand_over(); !watched)
         return watched;
+    return check_no_stop();
+}
+
+std::expected<void, Error> Core::take_hold()
+{
     if (auto done = switch_all_on(); !done)
         return done;
     if (auto done = read(Depth::motion); !done)
@@ -232,10 +270,18 @@ std::expected<void, Error> Core::enable_anew()
         Joint& joint = joints[i];
         joint.closed_ = nullptr;
         joint.closed_by_.reset();
-        joint.must_set_up_ = false;
+        joint.must_set_up_ = joint.owes_stop_ = false;
         joint.begin(now);
         joint.full_at_ = joint.check_at_ = now + std::chrono::milliseconds{20} * static_cast<int>(i + 1);
     }
+    // What may press on something lets go of it now: the first cycle may be long in coming.
+    const auto let_go = [](Joint& joint) {
+        return std::exchange(joint.must_relieve_, false) ? plan_hold_anew(*joint.driver_, joint.raw_) : Planned{};
+    };
+    if (auto done = exchange_all("it was told to let go", let_go); !done)
+        return done;
+    if (auto fine = check_no_stop(); !fine)
+        return fine;
     for (auto& line : lines) {
         line->forgive();
         line->owe_stop(false);

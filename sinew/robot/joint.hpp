@@ -140,6 +140,12 @@ private:
     Mode holding(bool unseen) const;
     /// Whether it must be told where to hold, and where it is was not measured lately.
     bool is_unplaced() const;
+    void begin_telling(Mode mode, TimePoint at)
+    {
+        unheard_ = false;
+        told_ = mode;
+        told_at_ = at;
+    }
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
     /// Whether any answer can tell that it does what a stop has told it.
@@ -166,7 +172,7 @@ private:
     const char* closed_ = "the robot is not enabled yet"; ///< why it takes no command; nullptr: it does
     std::optional<Error> closed_by_;                      ///< a fault of this joint alone
 
-    Command command_{.mode = Mode::release};
+    Command command_{.mode = Mode::hold};
     TimePoint commanded_at_{};
     TimePoint deadline_{};             ///< of a move with a duration
     double mean_velocity_rad_s_ = 0.0; ///< of that move
@@ -193,6 +199,8 @@ private:
     std::optional<Slowing> slowing_; ///< as it was when it was told to hold while it turned; until it stands
     // In a stop.
     TimePoint told_at_{};
+    Mode told_ = Mode::hold;
+    bool owes_stop_ = false;      ///< it has not confirmed the last stop
     bool unheard_ = false;        ///< a frame of what it was told last was not acknowledged
     int silences_ = 0;            ///< looks in a row that it did not answer
     Duration silent_for_{};       ///< what those took

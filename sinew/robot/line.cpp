@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 namespace sinew::robot {
 namespace {
@@ -240,7 +241,9 @@ void Line::prepare_stop()
 
 void Line::close_stop()
 {
-    owes_stop_ = owes_stop_ && !std::ranges::all_of(bus_->stop_results(), &bus::Result::good);
+    if (std::exchange(owes_stop_, false) && !std::ranges::all_of(bus_->stop_results(), &bus::Result::good))
+        for (Joint* joint : joints_)
+            joint->owes_stop_ = true;
     bus_->clear_stop();
 }
 

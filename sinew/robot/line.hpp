@@ -65,7 +65,7 @@ public:
     /// It was stopped while its link was lost, and has not heard of it yet.
     bool owes_stop() const { return owes_stop_; }
     void owe_stop(bool owes) { owes_stop_ = owes; }
-    /// Once a stop has gone out: exchanges go on, and what was not acknowledged stays owed.
+    /// Once a stop has gone out: exchanges go on, and joints of which it was not acknowledged owe it.
     void close_stop();
 
     Duration period() const { return period_; } ///< 0: as the loop asks

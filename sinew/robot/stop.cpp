@@ -82,13 +82,22 @@ void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
                        (is_time && (has_not_heard || !joint.acknowledges_));
     if (tells)
         if (const auto plan = joint.plan_policy(*joint.driver_, line.is_lost())) {
-            joint.unheard_ = false;
-            joint.told_at_ = look.begun;
+            joint.begin_telling(now, look.begun);
             line.add(joint, plan->all());
         }
     const bool may_be_gone = look.number == 0 || joint.missing_since_;
     if (!(may_be_gone && tells && joint.acknowledges_))
         (void)line.plan_read(joint, may_be_gone ? Depth::motion : Depth::full);
+}
+
+/// By what it has answered since then.
+bool Core::has_obeyed(const Joint& joint, Mode told, TimePoint since)
+{
+    const bool says_off = joint.raw_.says_off() && joint.raw_.enabled.at() >= since;
+    const bool may_say_off = joint.can_.measures_enabled;
+    const bool has_obeyed =
+        told == Mode::release ? says_off || (!may_say_off && joint.acknowledges_) : joint.stillness_.is_at_rest();
+    return has_obeyed && !joint.unheard_ && !joint.is_limp(told);
 }
 
 /// What came of that.
@@ -109,11 +118,7 @@ void Core::hear(Joint& joint, Stopped& outcome, const Look& look)
         outcome.why = joint.trouble_.value_or(Error{.code = Errc::timeout});
         return;
     }
-    const bool says_off = joint.raw_.says_off() && joint.raw_.enabled.at() >= look.begun;
-    const bool may_say_off = joint.can_.measures_enabled;
-    const bool has_obeyed = outcome.did == Mode::release ? says_off || (!may_say_off && joint.acknowledges_)
-                                                         : joint.stillness_.is_at_rest();
-    const bool done = has_obeyed && !joint.unheard_ && !joint.is_limp(outcome.did);
+    const bool done = has_obeyed(joint, outcome.did, look.begun);
     outcome.outcome = done ? Stopped::Outcome::confirmed : Stopped::Outcome::sent;
 }
 
@@ -242,6 +247,29 @@ void Core::conclude(std::vector<Stopped>& outcomes)
     }
 }
 
+/// Who has not confirmed his stop may hear it now.
+void Core::plan_owed_stops(bool at_once)
+{
+    const TimePoint now = clock->now();
+    for (auto& line : lines)
+        for (Joint* joint : line->joints()) {
+            if (!joint->owes_stop_ || now - joint->told_at_ < (at_once ? Duration{} : until_it_is_told_again))
+                continue;
+            if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost())) {
+                joint->begin_telling(joint->stopping(line->is_lost()), now);
+                line->add(*joint, plan->all());
+            }
+        }
+}
+
+void Core::hear_of_owed_stops(TimePoint begun)
+{
+    for (Joint& joint : joints)
+        if (joint.owes_stop_ && joint.answered_at_ >= begun && joint.told_ == joint.stopping(false) &&
+            has_obeyed(joint, joint.told_, begun))
+            joint.owes_stop_ = false;
+}
+
 std::vector<Stopped> Core::stop(const std::string& why)
 {
     const bool was_enabled = enabled;
@@ -272,8 +300,10 @@ std::vector<Stopped> Core::stop(const std::string& why)
     relieve(outcomes, end);
     conclude(outcomes);
     tell_the_guardian_of_a_stop(outcomes);
-    for (Joint& joint : joints)
+    for (Joint& joint : joints) {
         joint.command_ = joint.planned_ = {.mode = joint.policy()};
+        joint.owes_stop_ = outcome_of(joint, outcomes).outcome == Stopped::Outcome::failed;
+    }
     is_stopping_ = false;
     rest();
     return outcomes;

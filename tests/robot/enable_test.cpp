@@ -131,28 +131,158 @@ TEST(Enable, AMotorOfABusThatIsBackIsStoppedAlthoughAnotherBusIsNot)
     }
 }
 
-/// The first one that went out when its link was back was lost.
-TEST(Enable, AStopThatAMotorDidNotAcknowledgeWhenItsLinkWasBackIsStillOwed)
-{
+/// Two motors that hold, each on a bus of its own.
+const std::string knee_and_waist = [] {
     std::string text = "version = 1\n[safety]\npolicy = \"hold\"\n";
     for (const auto& [joint, id] : {std::pair{"knee", 1}, std::pair{"waist", 2}})
         text += fmt::format("[bus.of_{0}]\nfamily = \"rmd\"\n[joint.{0}]\nbus = \"of_{0}\"\nid = {1}\nmodel = \"MG\"\n"
                             "profile = \"rmd-2.35\"\nvelocity_max_deg_s = 60\n",
                             joint, id);
-    LossyRobot one(text);
-    const auto turns_at = [&] { return std::abs(one.simulator->world().look("knee")->velocity_rad_s); };
+    return text;
+}();
+constexpr std::uint32_t knee_identifier = 0x141;
+constexpr std::uint8_t speed_closed_loop = 0xA2;
+
+double turns_at(LossyRobot& one)
+{
+    return std::abs(one.simulator->world().look("knee")->velocity_rad_s);
+}
+
+enum class Then { read, enable }; ///< which fails, for the waist is not there
+
+void go_on(LossyRobot& one, Then then)
+{
+    if (then == Then::read) {
+        for (int i = 0; i < 50; ++i) {
+            EXPECT_FALSE(one.robot->cycle());
+            one.simulator->clock().wait({}, one.simulator->clock().now() + 10ms);
+        }
+    } else {
+        one.simulator->world().inject({.kind = sim::FaultKind::unplug, .joint = "waist"});
+        EXPECT_NE(said(one.robot->enable()).find("waist"), std::string::npos);
+    }
+    one.simulator->clock().wait({}, one.simulator->clock().now() + 500ms);
+}
+
+/// The first one that went out when its link was back was lost.
+TEST(Enable, AStopThatAMotorDidNotAcknowledgeWhenItsLinkWasBackIsStillOwed)
+{
+    for (const Then then : {Then::read, Then::enable}) {
+        LossyRobot one(knee_and_waist);
+        ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.3}, 300ms)), "");
+        ASSERT_TRUE(one.simulator->set_plugged("of_knee", false));
+        EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
+        ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
+        one.losses.of_sent = [](const wire::Frame& frame) { return frame.can_id == knee_identifier; };
+        if (then == Then::enable) {
+            EXPECT_NE(said(one.robot->enable()), "");
+        } else {
+            one.simulator->clock().wait({}, one.simulator->clock().now() + 200ms);
+            EXPECT_FALSE(one.robot->cycle());
+        }
+        ASSERT_GT(turns_at(one), 0.2) << "it has heard nothing";
+        one.losses.of_sent = [](const wire::Frame&) { return false; };
+        go_on(one, then);
+        EXPECT_NEAR(turns_at(one), 0.0, 1e-3) << static_cast<int>(then);
+    }
+}
+
+/// Its adapter was there all the time.
+TEST(Enable, AMotorWhoseOwnCableWasOutWhenItWasStoppedHearsOfThatOnceItIsBack)
+{
+    for (const Then then : {Then::read, Then::enable}) {
+        LossyRobot one(knee_and_waist);
+        ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.3}, 300ms)), "");
+        one.losses.of_sent = [](const wire::Frame& frame) { return frame.can_id == knee_identifier; };
+        EXPECT_NE(said(one.robot->wait(2s, 10ms)), "");
+        ASSERT_GT(turns_at(one), 0.2);
+        one.losses.of_sent = [](const wire::Frame&) { return false; };
+        go_on(one, then);
+        EXPECT_NEAR(turns_at(one), 0.0, 1e-3) << static_cast<int>(then);
+    }
+}
+
+TEST(Enable, AStopThatIsAskedForWhileLinksComeBackIsNotForgotten)
+{
+    LossyRobot one(knee_and_waist);
     ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.3}, 300ms)), "");
     ASSERT_TRUE(one.simulator->set_plugged("of_knee", false));
     EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
-    one.simulator->world().inject({.kind = sim::FaultKind::unplug, .joint = "waist"});
     ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
-    one.losses.of_sent = [](const wire::Frame& frame) { return frame.can_id == 0x141; };
-    EXPECT_NE(said(one.robot->enable()), "");
-    ASSERT_GT(turns_at(), 0.2) << "it has heard nothing";
-    one.losses.of_sent = [](const wire::Frame&) { return false; };
+    bool asked = false;
+    one.losses.of_sent = [&](const wire::Frame&) {
+        if (!std::exchange(asked, true))
+            one.robot->request_stop();
+        return false;
+    };
+    const auto on = one.robot->enable();
+    ASSERT_TRUE(asked);
+    ASSERT_FALSE(on);
+    EXPECT_EQ(on.error().code, Errc::stopped);
+    EXPECT_EQ(said(one.robot->enable()), "");
+}
+
+/// Every other one would hold with torque, and nobody would look after it.
+TEST(Enable, ARobotOfWhichOneJointDidNotConfirmToHoldIsStopped)
+{
+    auto text = knee_and_waist;
+    LossyRobot one(text.replace(text.find("hold"), 4, "release"));
+    (void)one.robot->stop();
+    sim::Fault push{.kind = sim::FaultKind::push, .joint = "knee"};
+    push.torque_nm = 1.0;
+    bool lost = false;
+    one.losses.of_heard = [&](const wire::Frame& frame) {
+        return frame.data[0] == speed_closed_loop && frame.can_id == knee_identifier + 1 && !std::exchange(lost, true);
+    };
     EXPECT_NE(said(one.robot->enable()).find("waist"), std::string::npos);
-    one.simulator->clock().wait({}, one.simulator->clock().now() + 500ms);
-    EXPECT_NEAR(turns_at(), 0.0, 1e-3);
+    EXPECT_FALSE(one.robot->enabled());
+    one.simulator->world().inject(push);
+    one.simulator->clock().wait({}, one.simulator->clock().now() + 300ms);
+    EXPECT_GT(turns_at(one), 0.2) << "it is free";
+}
+
+TEST(Enable, ARobotThatWasNeverEnabledIsStoppedByThePolicyOfItsFile)
+{
+    const auto file = file_of("version = 1\n[safety]\npolicy = \"hold\"\n[bus.r]\nfamily = \"rmd\"\n[joint.knee]\n"
+                              "bus = \"r\"\nid = 1\nmodel = \"MG\"\nprofile = \"rmd-2.35\"\n[joint.knee.plant]\n"
+                              "gravity_torque_nm = 3\ngravity_zero_deg = 90\n");
+    Rig rig(file);
+    rig.enable();
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    const double held = rig.truth_rad("knee");
+    rig.robot.reset();
+    auto second = Robot::open(file, links_of(*rig.simulator), rig.simulator->clock(), {.simulated = true});
+    ASSERT_TRUE(second);
+    EXPECT_EQ(second->stop().front().did, Mode::hold);
+    rig.simulator->clock().wait({}, rig.now() + 1s);
+    EXPECT_NEAR(units::deg(Mounting::of(file.joints[0]).to_joint(rig.simulator->world().look("knee")->position_rad)),
+                units::deg(held), 2.0)
+        << "it falls";
+}
+
+TEST(Enable, ARobotThatIsNotEnabledIsStillReadAfterAStopWasAskedFor)
+{
+    Rig rig(demo());
+    rig.robot->request_stop();
+    rig.simulator->clock().wait({}, rig.now() + 10ms);
+    EXPECT_EQ(said(rig.robot->read()), "");
+    EXPECT_TRUE(rig.robot->find("elbow")->state().position_rad);
+    const auto on = rig.robot->enable();
+    ASSERT_FALSE(on) << "whoever asked for it is not overruled by a reading";
+    EXPECT_EQ(on.error().code, Errc::stopped);
+    rig.enable();
+}
+
+/// Its bus ends what runs on the others, which answer all the same.
+TEST(Enable, TheBusThatIsLostIsNamedAndNotTheJointsOfTheOthers)
+{
+    LossyRobot one(knee_and_waist);
+    ASSERT_EQ(said(one.robot->wait(100ms, 10ms)), "");
+    one.simulator->clock().wait({}, one.simulator->clock().now() + 3s);
+    ASSERT_TRUE(one.simulator->set_plugged("of_waist", false));
+    EXPECT_NE(said(one.robot->enable()).find("of_waist"), std::string::npos) << said(one.robot->enable());
+    ASSERT_NE(one.robot->fault(), nullptr);
+    EXPECT_EQ(one.robot->fault()->code, Errc::link_lost);
 }
 
 /// A Nuri keeps its switch in its flash.

@@ -136,6 +136,23 @@ TEST(Pressing, WhatAJointTookBeforeItWasReleasedSaysNothingOfWhatItHoldsLater)
     EXPECT_EQ(let_go, 0);
 }
 
+/// Its program has something else to do before its first cycle.
+TEST(Pressing, WhatAnotherProgramPressedOnIsLetGoOfByTheFirstEnable)
+{
+    const auto file = file_of(blocked_knee);
+    Rig rig(file);
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("knee", {.mode = Mode::velocity, .velocity_rad_s = 0.5})), "");
+    ASSERT_EQ(said(rig.run(2s)), "");
+    rig.robot.reset();
+    ASSERT_GT(current_a(*rig.simulator), carries_a);
+    auto second = Robot::open(file, links_of(*rig.simulator), rig.simulator->clock(), {.simulated = true});
+    ASSERT_TRUE(second);
+    ASSERT_EQ(said(second->enable()), "");
+    rig.simulator->clock().wait({}, rig.now() + 500ms);
+    EXPECT_LT(current_a(*rig.simulator), carries_a);
+}
+
 /// Its adapter was out when it was stopped, so it turned on until something was in its way.
 TEST(Pressing, AJointThatRanIntoSomethingWhileItCouldNotBeStoppedIsLetGoOnceItIsEnabled)
 {
