@@ -103,20 +103,39 @@ Outcome done(const Words& words, const Device& device, std::uint32_t old_rate, s
     return exit_done;
 }
 
+/// Whether a device of that id answers at a rate, where this end stays.
+std::expected<bool, Error> is_heard_at(bus::Bus& bus, const Device& device, std::uint32_t rate)
+{
+    if (const auto set = bus.set_bit_rate(rate); !set)
+        return std::unexpected(set.error());
+    const auto answer = ask(bus, *probe(device, device.id));
+    if (answer || answer.error().code == Errc::timeout ||
+        (answer.error().code >= Errc::bad_length && answer.error().code <= Errc::bad_reply))
+        return answer.has_value();
+    return std::unexpected(answer.error());
+}
+
+/// Two devices with one id answer at once, and neither could be given another one.
+std::expected<void, Error> is_free_at(bus::Bus& bus, const Device& device, std::uint32_t old_rate,
+                                      std::uint32_t new_rate)
+{
+    const auto taken = is_heard_at(bus, device, new_rate);
+    if (const auto back = bus.set_bit_rate(old_rate); !back)
+        return std::unexpected(back.error());
+    if (!taken)
+        return std::unexpected(taken.error());
+    if (*taken)
+        return fail(Errc::bad_id, fmt::format("another device with id {} answers at {} bps already; give one of them "
+                                              "another id first (sinew id); nothing was written",
+                                              device.id, new_rate));
+    return {};
+}
+
 /// At the new rate, else back at the old one: this end goes where the device is.
 Outcome verify(const Words& words, bus::Bus& bus, const Device& device, std::uint32_t old_rate, std::uint32_t new_rate)
 {
-    const auto heard_at = [&](std::uint32_t rate) -> std::expected<bool, Error> {
-        if (const auto set = bus.set_bit_rate(rate); !set)
-            return std::unexpected(set.error());
-        const auto answer = ask(bus, *probe(device, device.id));
-        if (answer || answer.error().code == Errc::timeout ||
-            (answer.error().code >= Errc::bad_length && answer.error().code <= Errc::bad_reply))
-            return answer.has_value();
-        return std::unexpected(answer.error());
-    };
     for (const auto rate : {new_rate, old_rate}) {
-        const auto heard = heard_at(rate);
+        const auto heard = is_heard_at(bus, device, rate);
         if (!heard)
             return std::unexpected(heard.error());
         if (*heard && rate == new_rate)
@@ -162,6 +181,8 @@ Outcome run(const Words& words)
         return done(words, *device, old_rate, old_rate);
     if (auto can = host_can(**bus, old_rate, change->bit_rate); !can)
         return std::unexpected(can.error());
+    if (auto is_free = is_free_at(**bus, *device, old_rate, change->bit_rate); !is_free)
+        return std::unexpected(is_free.error());
     if (auto sent = write_once(**bus, *device, change->request); !sent)
         return std::unexpected(sent.error());
     return verify(words, **bus, *device, old_rate, change->bit_rate);
@@ -181,8 +202,9 @@ Verb baud_verb()
                          {"sinew baud elbow 115200 --robot arm.toml --sim --yes", "a simulated one"}},
             .run = run,
             .acts = true,
-            .more = "The rate is stored in flash. That this end of the line can follow is tried before anything is "
-                    "written. Where the device does not answer at the new rate, this end goes back and looks for it "
+            .more = "The rate is stored in flash. That this end of the line can follow, and that nobody answers there "
+                    "with the same id, is tried before anything is written. Where the device does not answer at the "
+                    "new rate, this end goes back and looks for it "
                     "at the old one. RMD motors have no such message."};
 }
 

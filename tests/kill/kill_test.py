@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 import tty
 import unittest
 
@@ -22,6 +23,9 @@ WAYS = SIGNALS + ["SIGSTOP", "guardian", "unplugged", "adapter", "sinew stop"]
 LIFE = ["starting", "moving", "stopping"]
 ONLY_MOVING = {"unplugged", "adapter", "sinew stop"}
 OFF = {"passive", "off"}
+POLICIES = ["release", "hold", "brake"]  # a Nuri and an RMD have no brake, and hold
+with open(DEMO, "rb") as demo:
+    JOINTS = {name: joint["bus"] for name, joint in tomllib.load(demo)["joint"].items()}
 
 # What is documented, in seconds. All else is stopped by the guardian or by the next cycle of the robot, in milliseconds.
 GUARDIAN_PATIENCE = 1.0  # of restless.cpp
@@ -55,7 +59,7 @@ def looks():
 
 
 class Adapter:
-    """A pseudo terminal between a program and a simulated CAN adapter, which can be pulled out. Under a name of its own:
+    """A pseudo terminal between a program and a simulated bus, which can be pulled out. Under a name of its own:
     that of the terminal soon belongs to somebody else, to whom a program that opens its link again would speak."""
 
     def __init__(self, link, port):
@@ -94,7 +98,7 @@ class Kill(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         os.environ["XDG_RUNTIME_DIR"] = self.folder.name
         self.robots = {}
-        for policy in ("release", "hold"):
+        for policy in POLICIES:
             path = os.path.join(self.folder.name, f"{policy}.toml")
             with open(DEMO) as demo, open(path, "w") as file:
                 file.write(demo.read() + f'\n[safety]\npolicy = "{policy}"\nsilence_max_s = {SILENCE_MAX}\n')
@@ -118,18 +122,18 @@ class Kill(unittest.TestCase):
             self.fail(f"it is not {word}: {words} {program.stderr.read()}")
         return int(words[1])
 
-    def hit(self, way, program, guardian, adapter):
+    def hit(self, way, program, guardian, adapter, victim):
         """What happens to it; returns who cannot be reached."""
         if way in SIGNALS or way == "SIGSTOP":
             program.send_signal(getattr(signal, way))
         elif way == "guardian":
             os.kill(guardian, signal.SIGKILL)
         elif way == "unplugged":
-            sinew("sim", "fault", "right_knee", "unplug")
-            return {"right_knee"}
+            sinew("sim", "fault", victim, "unplug")
+            return {victim}
         elif way == "adapter":
             adapter.pull_out()
-            return {joint for joint in looks() if joint.startswith(("left_", "right_"))}
+            return {joint for joint, bus in JOINTS.items() if bus == JOINTS[victim]}
         else:
             self.assertIn("stopped its motors", sinew("stop", *self.sim.robot).stdout)
         return set()
@@ -174,10 +178,11 @@ class Kill(unittest.TestCase):
         chance = random.Random(seed)
         for number in range(KILLS):
             way = WAYS[number % len(WAYS)] if number < len(WAYS) else chance.choice(WAYS)
-            policy = chance.choice(["release", "hold"])
+            policy = chance.choice(POLICIES)
             part = "moving" if way in ONLY_MOVING or number < len(WAYS) else chance.choice(LIFE)
-            with self.subTest(number=number, way=way, policy=policy, part=part):
-                self.kill_one(way, policy, part, chance)
+            victim = chance.choice(sorted(JOINTS))
+            with self.subTest(number=number, way=way, policy=policy, part=part, victim=victim):
+                self.kill_one(way, policy, part, victim, chance)
 
     def live(self, part, program, chance):
         """Up to the moment at which it is hit. Who else stops it then."""
@@ -193,7 +198,7 @@ class Kill(unittest.TestCase):
         time.sleep(chance.uniform(0, 0.1))
         return stop
 
-    def kill_one(self, way, policy, part, chance):
+    def kill_one(self, way, policy, part, victim, chance):
         begun = time.monotonic()
         before = looks()
         delay = LOOKS_OF_DELAY * (time.monotonic() - begun)
@@ -203,16 +208,17 @@ class Kill(unittest.TestCase):
             kept = part == "starting" and mode == before[joint][0]
             # Where the program is gone before it was asked, sinew stop releases the joints itself.
             released = part == "stopping" and mode in OFF
-            return (mode in OFF) == (policy == "release") or kept or released
-        links = dict(self.sim.link)
-        adapter = Adapter(links["legs"], os.path.join(self.folder.name, "port")) if way == "adapter" else None
+            braked = mode == "brake" or policy != "brake" or JOINTS[joint] != "left"
+            return (mode in OFF) == (policy == "release") and braked or kept or released
+        links, bus = dict(self.sim.link), JOINTS[victim]
+        adapter = Adapter(links[bus], os.path.join(self.folder.name, "port")) if way == "adapter" else None
         if adapter:
-            links["legs"] = adapter.link
+            links[bus] = adapter.link
         program, guardian = self.start(policy, links)
         stop = None
         try:
             stop = self.live(part, program, chance)
-            but = self.hit(way, program, guardian, adapter)
+            but = self.hit(way, program, guardian, adapter, victim)
             self.comes_to_rest(DOCUMENTED.get(way, 0) + AT_ONCE + delay, is_as_it_should_be, but)
         finally:
             if stop:
@@ -226,7 +232,7 @@ class Kill(unittest.TestCase):
             if adapter:
                 adapter.pull_out()
             if way == "unplugged":
-                sinew("sim", "mend", "right_knee")
+                sinew("sim", "mend", victim)
             if way in ("unplugged", "adapter"):
                 sinew("stop", *self.sim.robot)
 

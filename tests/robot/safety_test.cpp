@@ -119,6 +119,17 @@ TEST(Safety, ACommandStreamThatDriesUpEndsByThePolicy)
     }
 }
 
+TEST(Safety, ACommandStreamThatDriesUpBrakesAServoWhereThePolicySaysSo)
+{
+    Rig rig(file_of("version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n"
+                    "[safety]\npolicy = \"brake\"\ncommand_timeout_s = 0.2\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::velocity, .velocity_rad_s = units::rad(30)})), "");
+    ASSERT_EQ(said(rig.run(500ms)), "");
+    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "brake");
+    EXPECT_NEAR(rig.truth_rad_s("arm"), 0.0, 1e-3);
+}
+
 TEST(Safety, AJointThatFallsSilentStopsTheOthers)
 {
     Rig rig(demo());

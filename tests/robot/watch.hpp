@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,26 @@ private:
         bool is_streamed = false;
     };
 
+    static constexpr std::uint32_t torque_group = 0x280;
+    /// What these say is looked at below, or takes drive away.
+    static inline const std::set<std::string_view> judged{"position-control",
+                                                          "precise-position-control",
+                                                          "quick-position-control",
+                                                          "special-control",
+                                                          "position-speed-control",
+                                                          "accel-position-control",
+                                                          "accel-speed-control",
+                                                          "set-control-on-off",
+                                                          "multi-loop-angle",
+                                                          "multi-loop-angle-speed",
+                                                          "speed-closed-loop",
+                                                          "torque-closed-loop",
+                                                          "motor-running",
+                                                          "motor-off",
+                                                          "motor-stop",
+                                                          "brake-control",
+                                                          "brake-release"};
+
     static double number(const wire::Values& values, std::string_view name)
     {
         return static_cast<double>(values.find(name).value_or(0));
@@ -60,6 +81,8 @@ private:
     {
         wire::Frame frame{.can_id = tapped.can_id, .size = static_cast<std::uint8_t>(tapped.bytes.size())};
         std::ranges::copy(tapped.bytes, frame.data.begin());
+        if (frame.can_id == torque_group)
+            return look_at_group(bus, frame);
         const int id = bus.protocol().addressee(frame);
         for (Joint& joint : rig_.robot->joints()) {
             if (joint.bus() != bus.name() || id_of(joint.device()) != id)
@@ -70,6 +93,8 @@ private:
             ASSERT_TRUE(said.has_value());
             is_stop_ = is_of_stop(bus, frame);
             const std::size_t places = places_;
+            if (message->info.moves && !judged.contains(message->name()))
+                complain(joint, message->name(), 0.0);
             look(joint, message->name(), said->values, tapped.at);
             // Whatever else it is told takes it away from where it was sent.
             if (places == places_ && message->info.access != wire::Access::read)
@@ -116,12 +141,30 @@ private:
                      spec.model->ratings.max_speed_rad_s / 1000.0);
     }
 
+    /// The currents of ids 1 to 4: 2000 is 32 A.
+    void look_at_group(const bus::Bus& bus, const wire::Frame& frame)
+    {
+        for (Joint& joint : rig_.robot->joints()) {
+            const auto at = 2 * static_cast<std::size_t>(id_of(joint.device()) - 1);
+            if (joint.bus() != bus.name() || at >= frame.size)
+                continue;
+            const auto raw = static_cast<std::int16_t>(frame.data[at] | frame.data[at + 1] << 8);
+            current(joint, 0.016 * raw, 0.016);
+            placed_.erase(&joint);
+        }
+    }
+
     void look_at_nuri(Joint& joint, std::string_view message, const wire::Values& values)
     {
         const double sense = number(values, "position_direction") == 0.0 ? 1.0 : -1.0;
         const double position = sense * units::rad(number(values, "position") * 0.01);
         if (message == "position-speed-control" || message == "accel-position-control")
             place(joint, position, units::rad(0.01));
+        if (message == "accel-position-control" && joint.state().position_rad)
+            velocity(joint,
+                     std::abs(position - Mounting::of(joint.file()).to_actuator(*joint.state().position_rad)) /
+                         (0.1 * number(values, "arrival_time")),
+                     0.0);
         if (message == "position-speed-control" || message == "accel-speed-control")
             velocity(joint, units::rad_s_from_rpm(number(values, "speed") * 0.1), 0.0);
     }
@@ -130,17 +173,24 @@ private:
     {
         if (message == "multi-loop-angle" || message == "multi-loop-angle-speed")
             place(joint, units::rad(number(values, "angle") * 0.01), units::rad(0.01));
-        if (message == "multi-loop-angle-speed")
-            velocity(joint, units::rad(number(values, "max_speed") * 0.01), units::rad(0.01));
+        if (message == "multi-loop-angle-speed") {
+            const double unit =
+                units::rad(joint.file().profile->value == "lk-2.35" ? 1.0 : 0.01); // R01: of a profile that is named
+            velocity(joint, unit * number(values, "max_speed"), unit);
+        }
         if (message == "speed-closed-loop")
             velocity(joint, std::abs(units::rad(number(values, "speed") * 0.01)), units::rad(0.01));
-        if (message == "torque-closed-loop" && joint.limits().current_max_a) {
-            ++motions_;
+        if (message == "torque-closed-loop") {
             const double a_unit = (std::get<rmd::Spec>(joint.device()).model->name == "MF" ? 16.5 : 33.0) / 2048.0;
-            const double most_a = a_unit * std::abs(number(values, "iq"));
-            if (most_a > *joint.limits().current_max_a + a_unit)
-                complain(joint, "current", most_a);
+            current(joint, a_unit * number(values, "iq"), a_unit);
         }
+    }
+
+    void current(const Joint& joint, double a, double step)
+    {
+        ++motions_;
+        if (joint.limits().current_max_a && std::abs(a) > *joint.limits().current_max_a + step)
+            complain(joint, "current", a);
     }
 
     /// How far the shaft is from there, or was when it was measured; whole turns of an encoder that counts none do not

@@ -261,6 +261,19 @@ class Flash(unittest.TestCase):
         self.assertEqual(as_json("info", *link, "14")["flash_writes"], before + 1)
         sinew("id", *link[:1], "4", *link[1:], "14", "--yes")
 
+    def test_a_bit_rate_at_which_another_device_has_the_id_is_refused(self):
+        with robot_file(ONE + '[joint.other]\nbus = "line"\nid = 8\n') as path:
+            sim = Simulator(robot=path, buses=1)
+            try:
+                link, nuri = sim.link["line"], ["--family", "nuri", "--id"]
+                moved = as_json("baud", link, "9600", *nuri, "8", "--yes")["link"]
+                sinew("id", moved, "7", *nuri, "8", "--yes")
+                said = sinew("baud", link, "9600", *nuri, "7", "--yes", code=2).stderr
+                self.assertIn("another device with id 7 answers at 9600 bps already", said)
+                self.assertEqual(as_json("get", link, "response-time", *nuri, "7")["id"], 7)
+            finally:
+                sim.close()
+
     def test_a_bit_rate_is_changed_over_a_real_port_and_back(self):
         with robot_file(ONE) as path:
             sim = Simulator(robot=path, buses=1)
