@@ -90,10 +90,15 @@ double cycles_per_s(const Forecast& forecast, std::span<const Step> steps, bus::
     return cycle > Duration{} ? 1.0 / seconds(cycle) : 0.0;
 }
 
+/// Where nothing goes to all, which frame goes first depends on what the joints do then: no longer than any of theirs.
 bus::StopBound stop_bound(const Forecast& forecast)
 {
     const auto running = requests_of(forecast.most), stop = requests_of(forecast.stop);
-    return on_port(forecast.port, bus::predict_stop(forecast.line, running, stop), running, stop);
+    auto bound = bus::predict_stop(forecast.line, running, stop);
+    for (const auto& step : forecast.stop)
+        if (forecast.stop.front().joint != "all")
+            bound.first = std::max(bound.first, bound.begins + bus::predict(forecast.line, step.request).request);
+    return on_port(forecast.port, bound, running, stop);
 }
 
 Bottleneck bottleneck(const Forecast& forecast, std::span<const Step> steps)

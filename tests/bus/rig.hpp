@@ -14,6 +14,8 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 /// Buses on the simulator's wires in virtual time, with devices of the test's own.
@@ -67,6 +69,39 @@ private:
     std::vector<Port*> ports_;
 };
 
+/// Something that happens while the one who drives waits, and wakes him as the descriptor of a stop does.
+class Alarm final : public Port
+{
+public:
+    explicit Alarm(WireClock& clock) { clock.watch(*this); }
+    void set(TimePoint at, std::function<void()> what)
+    {
+        at_ = at;
+        what_ = std::move(what);
+    }
+    /// Now, if it has not happened yet.
+    void make_up_for_it()
+    {
+        if (at_ != TimePoint::max())
+            run_until(at_);
+    }
+
+    TimePoint next_event() const override { return at_; }
+    void run_until(TimePoint until) override
+    {
+        if (until < at_)
+            return;
+        woke_ = std::exchange(at_, TimePoint::max());
+        what_();
+    }
+    std::optional<TimePoint> next_arrival() const override { return std::exchange(woke_, std::nullopt); }
+
+private:
+    TimePoint at_ = TimePoint::max();
+    mutable std::optional<TimePoint> woke_;
+    std::function<void()> what_;
+};
+
 /// A device: answers what `answer` says, `delay` after the request.
 class Station final : public sim::Station
 {
@@ -100,11 +135,9 @@ public:
         : clock_(clock), protocol_(protocol), bit_rate_(bit_rate),
           wire(protocol.bare_replies() ? sim::Duplex::full : sim::Duplex::half)
     {
-        auto made = std::make_unique<link::VirtualByteLink>(clock, static_cast<link::ByteSink&>(*this), bit_rate);
-        link_ = made.get();
         wire.connect(this);
         clock.watch(*this);
-        bus.emplace("rig", link::AnyLink{std::unique_ptr<link::ByteLink>{std::move(made)}}, clock, protocol, settings);
+        bus.emplace("rig", plug_in(), clock, protocol, settings);
     }
     void add(int id, Station::Answer answer)
     {
@@ -112,6 +145,12 @@ public:
         wire.attach(*stations.back());
     }
     void unplug_host() { link_->hang_up(); }
+    link::AnyLink plug_in()
+    {
+        auto made = std::make_unique<link::VirtualByteLink>(clock_, static_cast<link::ByteSink&>(*this), bit_rate_);
+        link_ = made.get();
+        return std::unique_ptr<link::ByteLink>{std::move(made)};
+    }
 
     TimePoint next_event() const override { return wire.next_event(); }
     void run_until(TimePoint until) override { wire.run_until(until); }
@@ -142,17 +181,21 @@ class CanRig final : public Port, private sim::CanHost, private link::CanSink
 public:
     CanRig(WireClock& clock, std::uint32_t bit_rate, bus::Settings settings = {}) : clock_(clock), bit_rate_(bit_rate)
     {
-        auto made = std::make_unique<link::VirtualCanLink>(clock, static_cast<link::CanSink&>(*this), bit_rate);
-        link_ = made.get();
         wire.connect(this);
         clock.watch(*this);
-        bus.emplace("rig", link::AnyLink{std::unique_ptr<link::CanLink>{std::move(made)}}, clock, rmd::protocol(),
-                    settings);
+        bus.emplace("rig", plug_in(), clock, rmd::protocol(), settings);
     }
     void add(int id, Station::Answer answer)
     {
         stations.push_back(std::make_unique<Station>(rmd::protocol(), id, bit_rate_, std::move(answer)));
         wire.attach(*stations.back());
+    }
+    void unplug_host() { link_->hang_up(); }
+    link::AnyLink plug_in()
+    {
+        auto made = std::make_unique<link::VirtualCanLink>(clock_, static_cast<link::CanSink&>(*this), bit_rate_);
+        link_ = made.get();
+        return std::unique_ptr<link::CanLink>{std::move(made)};
     }
 
     TimePoint next_event() const override { return wire.next_event(); }

@@ -1,84 +1,65 @@
 #include "tests/bus/rig.hpp"
+#include "tests/support/asking.hpp"
 
-#include <csignal>
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
 #include <thread>
 #include <unistd.h>
-#include <utility>
 
 namespace sinew::tests {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// Something that happens while the one who drives waits, and wakes him as the descriptor of a stop does.
-class Alarm final : public Port
+/// Why a bus stops.
+class Cause
 {
 public:
-    explicit Alarm(WireClock& clock) { clock.watch(*this); }
-    void set(TimePoint at, std::function<void()> what)
-    {
-        at_ = at;
-        what_ = std::move(what);
-    }
-    /// Now, if it has not happened yet.
-    void make_up_for_it()
-    {
-        if (at_ != TimePoint::max())
-            run_until(at_);
-    }
+    virtual ~Cause() = default;
+    /// Before the bus begins; whom to drive beside it, if anybody.
+    virtual bus::Bus* prepare(bus::Bus&) { return nullptr; }
+    virtual void happen(bus::Bus& bus) = 0;
+};
+using MakeCause = std::unique_ptr<Cause> (*)(WireClock&);
 
-    TimePoint next_event() const override { return at_; }
-    void run_until(TimePoint until) override
+template <void (*asker)(const test::Ask&)>
+std::unique_ptr<Cause> asked(WireClock&)
+{
+    struct Asked final : Cause {
+        void happen(bus::Bus& bus) override
+        {
+            asker([&] { bus.request_stop(); });
+        }
+    };
+    return std::make_unique<Asked>();
+}
+
+/// Another bus, which waits for an answer, loses its link.
+class LossBeside final : public Cause
+{
+public:
+    explicit LossBeside(WireClock& clock) : failing_(clock, nuri::protocol(), 9'600)
     {
-        if (until < at_)
-            return;
-        woke_ = std::exchange(at_, TimePoint::max());
-        what_();
+        failing_.bus->set_reopen([this] { return failing_.plug_in(); }, Duration(1));
     }
-    std::optional<TimePoint> next_arrival() const override { return std::exchange(woke_, std::nullopt); }
+    bus::Bus* prepare(bus::Bus& bus) override
+    {
+        failing_.bus->stop_when_lost({&bus});
+        failing_.bus->start({&ping_, 1}, {&result_, 1});
+        return &*failing_.bus;
+    }
+    void happen(bus::Bus&) override { failing_.unplug_host(); }
 
 private:
-    TimePoint at_ = TimePoint::max();
-    mutable std::optional<TimePoint> woke_;
-    std::function<void()> what_;
+    SerialRig failing_;
+    wire::Request ping_ = *wire::make_request(1, nuri::RequestPing{});
+    bus::Result result_;
 };
 
-using Ask = std::function<void(bus::Bus&)>;
-
-void ask_here(bus::Bus& bus)
+std::unique_ptr<Cause> loss_beside(WireClock& clock)
 {
-    bus.request_stop();
-}
-
-void ask_from_another_thread(bus::Bus& bus)
-{
-    std::thread([&] { bus.request_stop(); }).join();
-}
-
-std::atomic<bus::Bus*> stopped_by_signal{nullptr};
-
-void stop_by_signal(int)
-{
-    stopped_by_signal.exchange(nullptr)->request_stop();
-}
-
-/// Of this thread, sent by another one.
-void ask_from_a_signal_handler(bus::Bus& bus)
-{
-    stopped_by_signal = &bus;
-    struct sigaction action{};
-    struct sigaction before{};
-    action.sa_handler = stop_by_signal;
-    sigemptyset(&action.sa_mask);
-    ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
-    const pthread_t drives = pthread_self();
-    std::thread([&] { pthread_kill(drives, SIGUSR1); }).join();
-    while (stopped_by_signal.load() != nullptr)
-        std::this_thread::yield();
-    sigaction(SIGUSR1, &before, nullptr);
+    return std::make_unique<LossBeside>(clock);
 }
 
 /// A bus at full load, and when its devices heard the stop.
@@ -102,8 +83,8 @@ struct Load {
         cycle.push_back(*wire::make_request(id, Read{}, {}, response));
     }
 
-    /// Asks for the stop at so many moments of a cycle, evenly spread, and checks the bound at each.
-    void stop_at_every_moment(WireClock& clock, std::size_t expected, const Ask& ask = ask_here)
+    /// The bus is stopped at so many moments of a cycle, evenly spread; checks the bound at each.
+    void stop_at_every_moment(WireClock& clock, std::size_t expected, Cause& cause)
     {
         Alarm alarm(clock);
         bus::Bus& bus = *rig.bus;
@@ -115,16 +96,18 @@ struct Load {
         Duration worst{};
         for (int i = 0; i < moments; ++i) {
             heard.clear();
-            bus::Bus* const self = &bus;
+            // The one that is stopped stands first, so that its turn is over when the other fails.
+            const std::array both{&bus, cause.prepare(bus)};
+            const auto driven = std::span(both).first(both[1] == nullptr ? 1 : 2);
             TimePoint asked{};
             alarm.set(clock.now() + whole * i / moments, [&] {
                 asked = clock.now();
-                ask(bus);
+                cause.happen(bus);
             });
             bus.start(cycle, results);
-            bus::drive({&self, 1});
+            bus::drive(driven);
             alarm.make_up_for_it();
-            bus::drive({&self, 1});
+            bus::drive(driven);
             const TimePoint carried_out = clock.now();
             clock.wait({}, carried_out + 5ms); // whatever is still on the wire
             ASSERT_EQ(heard.size(), expected) << "at moment " << i;
@@ -147,9 +130,10 @@ struct Load {
     }
 };
 
-TEST(Stop, ReachesSamServosWithinTheBoundAtEveryMoment)
+void stop_sams(MakeCause make_cause)
 {
     WireClock clock;
+    const auto cause = make_cause(clock);
     SerialRig rig(clock, sam::protocol(), 1'500'000);
     Load<SerialRig, sam::QuickReadStatus> load{rig};
     const auto brake_all = *wire::make_request(31, sam::QuickBrakeMode{});
@@ -169,14 +153,15 @@ TEST(Stop, ReachesSamServosWithinTheBoundAtEveryMoment)
     }
     load.stop.insert(load.stop.begin(), brake_all);
     load.stop.front().answered = false;
-    load.stop_at_every_moment(clock, 8 + 8);
+    load.stop_at_every_moment(clock, 8 + 8, *cause);
     for (const auto& result : rig.bus->stop_results().subspan(1))
         EXPECT_TRUE(result.good) << "each device's own word: " << to_sentence(result.error);
 }
 
-void stop_nuris(const Ask& ask)
+void stop_nuris(MakeCause make_cause)
 {
     WireClock clock;
+    const auto cause = make_cause(clock);
     SerialRig rig(clock, nuri::protocol(), 1'000'000);
     Load<SerialRig, nuri::RequestPositionFeedback> load{rig};
     const auto off_all = *wire::make_request(255, nuri::SetControlOnOff{.control = nuri::Control::off});
@@ -192,12 +177,13 @@ void stop_nuris(const Ask& ask)
         load.stop.push_back(off);
     }
     load.stop.insert(load.stop.begin(), off_all);
-    load.stop_at_every_moment(clock, 8 + 8, ask);
+    load.stop_at_every_moment(clock, 8 + 8, *cause);
 }
 
-void stop_rmds(const Ask& ask)
+void stop_rmds(MakeCause make_cause)
 {
     WireClock clock;
+    const auto cause = make_cause(clock);
     CanRig rig(clock, 1'000'000);
     Load<CanRig, rmd::ReadStatus2> load{rig};
     for (int id = 1; id <= 8; ++id) {
@@ -211,63 +197,43 @@ void stop_rmds(const Ask& ask)
             });
         load.stop.push_back(stop);
     }
-    load.stop_at_every_moment(clock, 8, ask);
+    load.stop_at_every_moment(clock, 8, *cause);
+}
+
+TEST(Stop, ReachesSamServosWithinTheBoundAtEveryMoment)
+{
+    stop_sams(asked<test::ask_here>);
 }
 
 TEST(Stop, ReachesNuriServosWithinTheBoundAtEveryMoment)
 {
-    stop_nuris(ask_here);
+    stop_nuris(asked<test::ask_here>);
 }
 
 TEST(Stop, ReachesRmdMotorsWithinTheBoundAtEveryMoment)
 {
-    stop_rmds(ask_here);
+    stop_rmds(asked<test::ask_here>);
 }
 
 TEST(Stop, FromAnotherThreadReachesServosUnderFullLoadWithinTheBoundAtEveryMoment)
 {
-    stop_nuris(ask_from_another_thread);
-    stop_rmds(ask_from_another_thread);
+    stop_sams(asked<test::ask_from_another_thread>);
+    stop_nuris(asked<test::ask_from_another_thread>);
+    stop_rmds(asked<test::ask_from_another_thread>);
 }
 
 TEST(Stop, FromASignalHandlerReachesServosUnderFullLoadWithinTheBoundAtEveryMoment)
 {
-    stop_nuris(ask_from_a_signal_handler);
-    stop_rmds(ask_from_a_signal_handler);
+    stop_sams(asked<test::ask_from_a_signal_handler>);
+    stop_nuris(asked<test::ask_from_a_signal_handler>);
+    stop_rmds(asked<test::ask_from_a_signal_handler>);
 }
 
-TEST(Stop, OfAnotherBusThatLosesItsLinkComesWithinTheBound)
+TEST(Stop, OfAnotherBusThatLosesItsLinkReachesServosUnderFullLoadWithinTheBoundAtEveryMoment)
 {
-    WireClock clock;
-    SerialRig failing(clock, nuri::protocol(), 9'600);
-    SerialRig rig(clock, nuri::protocol(), 1'000'000);
-    Load<SerialRig, nuri::RequestPositionFeedback> load{rig};
-    const auto off_all = *wire::make_request(255, nuri::SetControlOnOff{.control = nuri::Control::off});
-    load.add(
-        1, 100us, [=](const wire::Frame& f) { return f == off_all.frame; },
-        [=](const wire::Frame& f) -> std::optional<wire::Frame> {
-            if (f == off_all.frame)
-                return std::nullopt;
-            return *wire::encode_reply<nuri::RequestPositionFeedback>(1, {.position = 4711});
-        });
-    rig.bus->set_stop({&off_all, 1});
-    const std::vector<wire::Request> many(100, load.cycle[0]);
-    std::vector<bus::Result> results(many.size());
-    const auto asked = *wire::make_request(1, nuri::RequestPing{});
-    bus::Result lost;
-    failing.bus->stop_when_lost({&*rig.bus});
-    // The one that is stopped stands first, so that its turn is over when the other fails.
-    bus::Bus* const both[] = {&*rig.bus, &*failing.bus};
-    rig.bus->start(many, results);
-    failing.bus->start({&asked, 1}, {&lost, 1});
-    bus::drive(both, clock.now() + 1ms);
-    const TimePoint unplugged = clock.now();
-    failing.unplug_host();
-    bus::drive(both);
-    EXPECT_EQ(lost.error.code, Errc::link_lost);
-    ASSERT_EQ(load.heard.size(), 1U);
-    EXPECT_LE(load.heard[0] - unplugged, rig.bus->stop_bound(many).first);
-    EXPECT_EQ(results.back().error.code, Errc::stopped);
+    stop_sams(loss_beside);
+    stop_nuris(loss_beside);
+    stop_rmds(loss_beside);
 }
 
 /// A link of the operating system on which nothing ever comes, and what was written to it.
@@ -329,17 +295,12 @@ TEST(Stop, ComesFromAnotherThread)
 TEST(Stop, ComesFromASignalHandler)
 {
     Patient patient;
-    stopped_by_signal = &*patient.bus;
-    struct sigaction action{};
-    struct sigaction before{};
-    action.sa_handler = stop_by_signal;
-    sigemptyset(&action.sa_mask);
-    ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
+    const test::Ask ask = [&] { patient.bus->request_stop(); };
+    const test::InSignalHandler handler(ask);
     const pthread_t waits = pthread_self();
     std::thread other([&] { pthread_kill(waits, SIGUSR1); });
     const auto reply = patient.bus->call(1, nuri::RequestPing{});
     other.join();
-    sigaction(SIGUSR1, &before, nullptr);
     expect_stopped(patient, reply);
 }
 
