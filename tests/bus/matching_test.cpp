@@ -73,11 +73,14 @@ TEST(Matching, OfNuriNeverReturnsAnothersDataBehindAnAdapterThatHearsItself)
 
 TEST(Matching, OfRmdNeverReturnsAnothersData)
 {
-    const Tally tally =
-        run_rmd(exchanges() / 4, {.flip_bit = 1e-3, .drop_byte = 1e-3, .delay_reply = 5e-3, .reply_delay = 50ms});
+    const Tally tally = run_rmd(
+        exchanges() / 4, {.frames = {.flip_bit = 1e-3, .drop_byte = 1e-3, .delay_reply = 5e-3, .reply_delay = 50ms},
+                          .hang_up = 5e-3,
+                          .unasked = 5e-3});
     tally.print("rmd");
     expect_of_all(tally);
     EXPECT_GT(tally.marked, 0U);
+    EXPECT_GT(tally.losses, 0U);
 }
 
 } // namespace
