@@ -4,6 +4,7 @@
 #include "sinew/robot/robot.hpp"
 #include "sinew/sim/links.hpp"
 #include "sinew/sim/simulator.hpp"
+#include "tests/support/alarm_clock.hpp"
 #include "tests/support/asking.hpp"
 
 #include <algorithm>
@@ -119,33 +120,6 @@ TEST(BusTarget, BehindAnSlcanAdapterHasTheRateOfCanAndNotThatOfThePort)
 
 // ---- the stop ----
 
-/// Time in which something happens while the one who drives waits, and wakes him as the descriptor of a stop does.
-class AlarmClock final : public link::Clock
-{
-public:
-    explicit AlarmClock(link::Clock& clock) : clock_(clock) {}
-    void set(TimePoint at, std::function<void()> what)
-    {
-        at_ = at;
-        what_ = std::move(what);
-    }
-
-    TimePoint now() const override { return clock_.now(); }
-    void wait(std::span<const link::Handle> handles, TimePoint deadline) override
-    {
-        clock_.wait(handles, std::min(deadline, at_));
-        if (now() < at_)
-            return;
-        at_ = TimePoint::max();
-        what_();
-    }
-
-private:
-    link::Clock& clock_;
-    TimePoint at_ = TimePoint::max();
-    std::function<void()> what_;
-};
-
 /// Of one bus, counted from what caused its stop: when its first frame went out, when everybody had heard the
 /// broadcast where there is one, and when all its joints were told.
 bus::StopBound measured(const bus::Bus& bus, std::span<const wire::Request> stop, TimePoint caused)
@@ -222,7 +196,7 @@ private:
     }
 
     std::unique_ptr<sim::Simulator> simulator_;
-    AlarmClock clock_;
+    test::AlarmClock clock_;
     std::vector<BusTarget> buses_;
     robot::Robot robot_;
     std::vector<bus::StopBound> bounds_;

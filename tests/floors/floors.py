@@ -25,9 +25,9 @@ HEAVY = {
 # The library needs the standard library, the operating system, fmt and (above) toml++; its tests GoogleTest.
 OUTSIDE = re.compile(r"[a-z0-9_]+(\.h)?|(sys|linux|asm|net|netinet|arpa)/[\w./]+|fmt/[\w-]+\.h|toml\+\+/toml\.hp*")
 OUTSIDE_TEST = re.compile(r"(gtest|gmock)/[\w-]+\.h")
-# What tests and bench share: the count of what is asked of the heap, who asks for a stop, the names of proven lines, and
-# the far end of a descriptor, which knows no more of sinew than the links.
-TEST_SUPPORT = tuple(f"tests/support/{name}.hpp" for name in ("allocations", "asking", "covers", "peer"))
+# What tests and bench share: what happens amid a wait, the count of what is asked of the heap, who asks for a stop, the
+# names of proven lines, and the far end of a descriptor. They know no more of sinew than the links.
+TEST_SUPPORT = tuple(f"tests/support/{name}.hpp" for name in ("alarm_clock", "allocations", "asking", "covers", "peer"))
 TEST = re.compile(r".*_test\.cpp|bench/.*|tests/.*")
 # The simulator must not see a driver, not even through a header between them.
 SIMULATOR = re.compile(r"sinew/sim/.*")
