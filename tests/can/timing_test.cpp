@@ -1,12 +1,20 @@
 #include "tests/can/can_test_support.hpp"
 
 #include "sinew/bus/bus.hpp"
+#include "sinew/family/nuri/framing.hpp"
+#include "sinew/family/nuri/messages.hpp"
 #include "sinew/family/rmd/framing.hpp"
 #include "sinew/family/rmd/messages.hpp"
+#include "sinew/family/sam/framing.hpp"
+#include "sinew/family/sam/messages.hpp"
+#include "sinew/link/links.hpp"
+#include "sinew/link/pty.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <fmt/format.h>
+#include <functional>
+#include <initializer_list>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -16,8 +24,9 @@
 #include <thread>
 #include <unistd.h>
 
-/// How late things are, on the kernel's CAN stack in the virtual time of a guest: its clock counts instructions, so
-/// that what is asserted here does not depend on the load of the host. Elsewhere these figures mean nothing.
+/// How late things are, on the kernel's CAN stack and terminals in the virtual time of a guest: its clock counts
+/// instructions, so that what is asserted here does not depend on the load of the host. Elsewhere these figures mean
+/// nothing.
 namespace sinew::link::test {
 namespace {
 
@@ -164,6 +173,65 @@ TEST_F(Timing, AWaitingCallEndsAsSoonAsItsInterfaceGoesDown)
     EXPECT_FALSE(done);
     EXPECT_GE(ended, begin + 20ms);
     EXPECT_LE(ended, down_at.load() + 1ms);
+}
+
+/// Servos of a family behind a pseudo terminal, none of which answers.
+class Silence
+{
+public:
+    explicit Silence(const wire::Protocol& protocol)
+        : protocol_(protocol), port_(std::move(*PtyMaster::open(1'000'000, clock_)))
+    {
+        become_real_time();
+    }
+    /// How late a call is, on a line that is not in doubt yet. `tries` go out, and the line is silent for `between`.
+    Duration lateness(const wire::Request& asked, std::initializer_list<wire::Request> tries, Duration between)
+    {
+        bus::Bus bus("silent", *Links::system().open("serial:" + port_->device() + "?baud=1000000", clock_), clock_,
+                     protocol_);
+        Duration computed = between;
+        for (const auto& request : tries)
+            computed += predict(bus.conversation().line(), request).total() + bus.conversation().margin();
+        bus::Result result;
+        const TimePoint start = clock_.now();
+        EXPECT_TRUE(bus.exchange({&asked, 1}, {&result, 1}));
+        const TimePoint now = clock_.now();
+        EXPECT_EQ(result.error.code, Errc::timeout);
+        EXPECT_GE(now, start + computed) << "it gave up too early";
+        return now - start - computed;
+    }
+
+private:
+    RealClock clock_;
+    const wire::Protocol& protocol_;
+    std::unique_ptr<PtyMaster> port_;
+};
+
+void expect_in_time(std::string_view family, const std::function<Duration()>& lateness)
+{
+    Duration latest{};
+    for (int i = 0; i < 50; ++i)
+        latest = std::max(latest, lateness());
+    fmt::print("{}: 50 calls without an answer returned at most {:.0f} us after their deadline\n", family,
+               seconds(latest) * 1e6);
+    EXPECT_LE(latest, 1ms);
+}
+
+TEST(SerialTiming, ANuriCallWithoutAnswerReturnsWithinAMillisecondOfItsDeadline)
+{
+    Silence servos(nuri::protocol());
+    const auto asked = *wire::make_request(1, nuri::RequestPositionFeedback{}, {}, 100us);
+    expect_in_time("nuri", [&] { return servos.lateness(asked, {asked, asked}, {}); });
+}
+
+/// The time-out puts the line in quarantine, and the probe that ends it has no answer either.
+TEST(SerialTiming, ASamCallWithoutAnswerReturnsWithinAMillisecondOfItsDeadline)
+{
+    Silence servos(sam::protocol());
+    const auto asked = *wire::make_request(1, sam::QuickReadStatus{}, {}, 100us);
+    auto probe = *sam::protocol().probe(1);
+    probe.response_time = asked.response_time;
+    expect_in_time("sam", [&] { return servos.lateness(asked, {asked, probe}, bus::Settings{}.late_max); });
 }
 
 /// How late each of many ticks of a loop of 1 kHz began; `work(tick)` is done in each.
