@@ -36,6 +36,6 @@ fuzz: ## Run every fuzz target for FUZZ_SECONDS (60)
 	@tools/setup build test
 	@tools/fuzz $(FUZZ_SECONDS)
 
-soak: ## The long proofs: PART=properties, fuzz, storm, replug, matching, robot, mutation, kill, tsan or can, scaled by SOAK=0.1
+soak: ## The long proofs: PART=properties, fuzz, storm, replug, matching, robot, mutation, kill, tsan, sanitized or can, scaled by SOAK=0.1
 	@tools/setup build test
 	@SOAK=$(SOAK) tools/soak $(PART)
