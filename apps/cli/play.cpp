@@ -172,6 +172,50 @@ std::expected<bool, Error> may_move(const Words& words, const config::RobotFile&
                                       joints.size() == 1 ? "" : "s"));
 }
 
+/// Until its end, its failure or its stop, which are told.
+Outcome play_and_tell(const Words& words, RobotSession& session, const config::Sequence& sequence, double speed,
+                      RobotRecord* record)
+{
+    robot::Robot& robot = session.robot();
+    if (auto on = robot.enable(); !on)
+        return std::unexpected(on.error());
+    Reporter reporter(words, robot);
+    robot::PlayOptions options{.speed = speed};
+    options.each = [&](const robot::SequencePlayer& player) {
+        session.tell_incidents();
+        reporter.show(player);
+        if (record != nullptr)
+            record->look();
+    };
+    options.stop_asked = [&] { return reporter.stop_asked(); };
+    auto played = robot::play(robot, sequence, options);
+    (void)reporter.stop_asked();
+    if (played && reporter.stop_asked_twice()) // too late for its turns to hear it
+        if (auto turn = robot.cycle(); !turn)
+            played = std::unexpected(std::move(turn.error()));
+    std::optional<Error> why;
+    if (!played) {
+        why = played.error();
+        why->id = -1; // its sentence has the name of the joint
+    }
+    const bool is_told = why && session.has_told(*why);
+    session.tell_incidents(played ? nullptr : &played.error());
+    if (played)
+        reporter.tell_delay();
+    if (was_suspension())
+        tell_of_suspension();
+    // What cannot be played is refused before anything moves; after that the robot itself has stopped a joint.
+    if (why && why->code == Errc::out_of_range && robot.fault() != nullptr) {
+        if (!is_told)
+            fmt::print(stderr, "sinew: {}\n", to_sentence(*why));
+        return exit_at_limit;
+    }
+    if (why)
+        return is_told ? Outcome(exit_code(why->code)) : std::unexpected(std::move(*why));
+    reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");
+    return *played == Status::done ? exit_done : exit_interrupted;
+}
+
 Outcome run(const Words& words)
 {
     auto file = robot_file(words);
@@ -188,55 +232,15 @@ Outcome run(const Words& words)
         return std::unexpected(yes.error());
     if (!*yes)
         return exit_refused;
-    auto recorded = RobotRecord::make(words);
-    if (!recorded)
-        return std::unexpected(recorded.error());
-    RobotRecord* const record = recorded->get();
+    const auto record = RobotRecord::make(words);
+    if (!record)
+        return std::unexpected(record.error());
     auto session = RobotSession::open(words, std::move(*file));
     if (!session)
         return std::unexpected(session.error());
-    robot::Robot& robot = (*session)->robot();
-    if (record != nullptr)
-        record->watch(robot, words.has("--sim"));
-    if (auto on = robot.enable(); !on)
-        return std::unexpected(on.error());
-    Reporter reporter(words, robot);
-    robot::PlayOptions options{.speed = *speed};
-    options.each = [&](const robot::SequencePlayer& player) {
-        (*session)->tell_incidents();
-        reporter.show(player);
-        if (record != nullptr)
-            record->look();
-    };
-    options.stop_asked = [&] { return reporter.stop_asked(); };
-    auto played = robot::play(robot, *sequence, options);
-    (void)reporter.stop_asked();
-    if (played && reporter.stop_asked_twice()) // too late for its turns to hear it
-        if (auto turn = robot.cycle(); !turn)
-            played = std::unexpected(std::move(turn.error()));
-    std::optional<Error> why;
-    if (!played) {
-        why = played.error();
-        why->id = -1; // its sentence has the name of the joint
-    }
-    const bool is_told = why && (*session)->has_told(*why);
-    (*session)->tell_incidents(played ? nullptr : &played.error());
-    if (played)
-        reporter.tell_delay();
-    if (was_suspension())
-        tell_of_suspension();
-    // What cannot be played is refused before anything moves; after that the robot itself has stopped a joint.
-    if (why && why->code == Errc::out_of_range && robot.fault() != nullptr) {
-        if (!is_told)
-            fmt::print(stderr, "sinew: {}\n", to_sentence(*why));
-        return exit_at_limit;
-    }
-    if (why)
-        return is_told ? Outcome(exit_code(why->code)) : std::unexpected(std::move(*why));
-    if (const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{}; !kept)
-        return std::unexpected(kept.error());
-    reporter.show_end(*played == Status::done ? "done" : "stopped; the joints hold");
-    return *played == Status::done ? exit_done : exit_interrupted;
+    if (*record)
+        (*record)->watch((*session)->robot(), words.has("--sim"));
+    return recorded(play_and_tell(words, **session, *sequence, *speed, record->get()), record->get());
 }
 
 } // namespace

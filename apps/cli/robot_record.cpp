@@ -147,10 +147,15 @@ void DeviceRecord::said(const Driven& driven)
     pushed();
 }
 
-Outcome recorded(Outcome outcome, DeviceRecord* record)
+Outcome recorded(Outcome outcome, DrivenRecord* record)
 {
     const auto kept = record != nullptr ? record->finish() : std::expected<void, Error>{};
-    return outcome && *outcome == exit_done && !kept ? std::unexpected(kept.error()) : outcome;
+    if (kept)
+        return outcome;
+    if (outcome && *outcome == exit_done)
+        return std::unexpected(kept.error());
+    fmt::print(stderr, "sinew: {}\n", to_sentence(kept.error()));
+    return outcome;
 }
 
 } // namespace sinew::cli

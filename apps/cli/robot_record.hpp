@@ -70,8 +70,8 @@ private:
     record::Recorder::Joint joint_{};
 };
 
-/// How a verb ends that was recorded: with an error of the recording where all else went well. `record`: may be
-/// nullptr.
-Outcome recorded(Outcome outcome, DeviceRecord* record);
+/// Finishes the recording, and how the verb ends that was recorded: with an error of the recording where all else went
+/// well; it is told beside what else went wrong. `record`: may be nullptr.
+Outcome recorded(Outcome outcome, DrivenRecord* record);
 
 } // namespace sinew::cli

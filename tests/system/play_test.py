@@ -10,7 +10,8 @@ import stat
 import tempfile
 import unittest
 
-from support import DEMO, Simulator, Terminal, sinew
+from recordings import full_disk
+from support import DEMO, Simulator, Terminal, as_json, sinew
 
 ARM = """# my arm
 version = 1
@@ -89,6 +90,29 @@ class Recorded(Files):
         self.assertTrue(min(did) < math.radians(5) and max(did) > math.radians(35), "it went to 40 deg and back, as told")
         self.assertTrue(sinew("replay", kept, "--frames", "--count", "5").stdout)
         self.assertIn("left", sinew("export", kept, "--to", "pcapng", "--bus", "nobody", code=2).stderr)
+
+    def with_a_disk_that_gets_full(self, *words, code, limit=200_000):
+        """What is shown and told; and that the disk had room for the beginning."""
+        kept = os.path.join(self.folder.name, "kept.mcap")
+        done = sinew(*words, "--robot", self.arm, "--sim", "--yes", "--record", kept, code=code, preexec_fn=full_disk(limit))
+        self.assertIn(f"sinew: {kept} cannot be written: File too large\n", done.stderr)
+        self.assertGreater(as_json("recover", kept)["messages"], 100)
+        return done
+
+    def test_the_robot_goes_on_to_the_end_when_the_disk_is_full(self):
+        done = self.with_a_disk_that_gets_full("play", "nod", code=9)
+        self.assertRegex(done.stdout.splitlines()[-1], r"s  done$")
+        self.assertEqual(done.stdout, sinew("play", "nod", "--robot", self.arm, "--sim").stdout)
+
+    def test_what_stopped_it_and_the_full_disk_are_both_told(self):
+        stuck = '[[sim.fault]]\nkind = "stuck-gear"\njoint = "elbow"\nat_s = 3\n'
+        self.arm = self.write(ARM + stuck)
+        done = self.with_a_disk_that_gets_full("play", "never", code=7)
+        self.assertEqual(done.stderr.count("does not follow"), 1, done.stderr)
+        for words, limit in (("move elbow 130deg --speed 10deg/s --within 6s", 100_000),
+                             ("tune elbow --to 120deg --for 3s --gain p=1", 500_000)):
+            done = self.with_a_disk_that_gets_full(*words.split(), code=7, limit=limit)
+            self.assertRegex(done.stderr, r"sinew: elbow:? .*; is .* It is held at")
 
     def test_it_cannot_be_kept_under_another_name(self):
         for name, said in (("nod.log", "must end with .mcap"), ("/nowhere/nod.mcap", "cannot be written")):

@@ -315,18 +315,14 @@ class Record(InFolder):
 
     def test_an_export_to_a_full_disk_does_not_say_that_a_joint_is_missing(self):
         file = self.path("states.csv")
-        done = subprocess.run([SINEW, "export", self.run_file, "--joint", "elbow", "--joint", "left_hip", "--out", file],
-                              capture_output=True, text=True, timeout=PATIENCE, env=environment(), cwd=SOURCE, preexec_fn=full_disk(10))
-        self.assertEqual((done.returncode, done.stdout), (9, ""), done.stderr)
+        done = sinew("export", self.run_file, "--joint", "elbow", "--joint", "left_hip", "--out", file, code=9, preexec_fn=full_disk(10))
+        self.assertEqual(done.stdout, "")
         self.assertIn("states.csv", done.stderr)
         self.assertNotIn("has nothing of", done.stderr)
         self.assertEqual(os.listdir(self.folder), [])
 
     def on_a_full_disk(self, limit, *words):
-        done = subprocess.run([SINEW, *words], capture_output=True, text=True, timeout=PATIENCE, env=environment(), cwd=SOURCE,
-                              stdin=subprocess.DEVNULL, preexec_fn=full_disk(limit))
-        self.assertEqual(done.returncode, 9, f"{words}: {done.stdout}{done.stderr}")
-        self.assertIn("cannot be written", done.stderr)
+        self.assertIn("cannot be written", sinew(*words, code=9, preexec_fn=full_disk(limit)).stderr)
 
     def test_a_picture_that_the_disk_has_no_room_for_is_said_and_not_left_behind(self):
         picture = self.path("run.svg")
@@ -362,9 +358,8 @@ class Record(InFolder):
         os.symlink("/dev/full", self.path("full.mcap"))
         self.refused(["record", self.path("full.mcap"), *ROBOT, "--for", "1s"], 9, "No space left")
         file = self.path("run.mcap")
-        done = subprocess.run([SINEW, "record", file, *ROBOT, "--for", "20s"], capture_output=True, text=True, timeout=PATIENCE,
-                              env=environment(), cwd=SOURCE, preexec_fn=full_disk(8_000_000))
-        self.assertEqual((done.returncode, done.stdout), (9, ""), done.stderr)
+        done = sinew("record", file, *ROBOT, "--for", "20s", code=9, preexec_fn=full_disk(8_000_000))
+        self.assertEqual(done.stdout, "")
         self.assertRegex(done.stderr, r"^sinew: [^\n]+run\.mcap cannot be written: File too large\n$")
         self.assertLessEqual(os.path.getsize(file), 8_000_000)
         whole = as_json("recover", file)

@@ -48,11 +48,11 @@ def check_that_help_names(code, words):
         raise AssertionError(f"sinew {' '.join(words)} ended with {code}, which its help does not name: {known}")
 
 
-def sinew(*words, code=0, text=None, columns=None):
+def sinew(*words, code=0, text=None, columns=None, preexec_fn=None):
     """Runs the command without a terminal and checks its exit code."""
     env = environment(COLUMNS=str(columns)) if columns else environment()
     done = subprocess.run([SINEW, *words], input=text, stdin=subprocess.DEVNULL if text is None else None,
-                          capture_output=True, text=True, timeout=PATIENCE, env=env, cwd=SOURCE)
+                          capture_output=True, text=True, timeout=PATIENCE, env=env, cwd=SOURCE, preexec_fn=preexec_fn)
     check_that_help_names(done.returncode, words)
     if done.returncode != code:
         raise AssertionError(f"sinew {' '.join(words)} ended with {done.returncode} instead of {code}\n"
