@@ -12,7 +12,7 @@ import can
 
 import mcap
 from recordings import ROBOT, InFolder, full_disk
-from support import DEMO, PATIENCE, SINEW, SOURCE, as_json, environment, sinew
+from support import DEMO, PATIENCE, SINEW, as_json, environment, sinew
 
 JOINTS = {"left": 6, "waist": 4, "legs": 6}
 
