@@ -41,6 +41,14 @@ std::expected<BusTarget, Error> named_bus(const std::string& path, std::string_v
                 fmt::format("{} has no bus '{}' with joints{}", path, name, suggestion(name, names)));
 }
 
+std::expected<void, Error> give_links(const Words& words, BusTarget& bus)
+{
+    if (auto given = give_links(words, bus.devices); !given)
+        return given;
+    bus.link = bus.devices.front().link;
+    return {};
+}
+
 std::expected<BusTarget, Error> bus_on_link(const Words& words, const std::string& link)
 {
     BusTarget out{.name = short_name(link), .link = link};
@@ -102,6 +110,21 @@ std::expected<std::vector<BusTarget>, Error> buses_of(const std::string& path)
         out.push_back(std::move(one));
     }
     return out;
+}
+
+std::expected<std::vector<BusTarget>, Error> robot_buses(const Words& words, const std::string& path)
+{
+    if (auto fine = no_family_for(words); !fine)
+        return std::unexpected(fine.error());
+    auto buses = buses_of(path);
+    if (!buses)
+        return buses;
+    if (buses->empty())
+        return no_joints(path);
+    for (auto& bus : *buses)
+        if (auto given = give_links(words, bus); !given)
+            return std::unexpected(given.error());
+    return buses;
 }
 
 std::expected<void, Error> find_devices(const Words& words, BusTarget& target)
@@ -169,9 +192,8 @@ std::expected<BusTarget, Error> bus_target(const Words& words)
     auto bus = named_bus(*path, word);
     if (!bus)
         return bus;
-    if (auto given = give_links(words, bus->devices); !given)
+    if (auto given = give_links(words, *bus); !given)
         return std::unexpected(given.error());
-    bus->link = bus->devices.front().link;
     return bus;
 }
 

@@ -25,6 +25,9 @@ std::expected<void, Error> find_devices(const Words& words, BusTarget& target);
 /// All buses of a robot file that have joints, in the order of the file.
 std::expected<std::vector<BusTarget>, Error> buses_of(const std::string& path);
 
+/// The same with the links that they have by the options; those that an empty robot file lacks are a `bad_file`.
+std::expected<std::vector<BusTarget>, Error> robot_buses(const Words& words, const std::string& path);
+
 /// "ttyUSB0" of "serial:/dev/ttyUSB0?baud=9600", "left" of "sim:arm.toml#left".
 std::string short_name(const std::string& link);
 

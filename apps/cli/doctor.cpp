@@ -66,15 +66,14 @@ std::expected<std::vector<Subject>, Error> subjects(const Words& words)
         return fail(Errc::bad_argument, fmt::format("{} is a recording, whose wires cannot be asked anything new; "
                                                     "sinew replay {} --errors shows what went wrong on them",
                                                     *what, *what));
-    const bool is_robot = what && what->ends_with(".toml") && what->find(':') == std::string::npos;
-    if (what && !is_robot && is_link(*what))
+    if (what && !is_robot_file(*what) && is_link(*what))
         return subject_of_link(words, *what);
     const char* environment = std::getenv("SINEW_ROBOT");
     if (!what && environment == nullptr)
         return fail(Errc::bad_argument, "what is to be looked at? Name a link, such as serial:/dev/ttyUSB0, or a robot "
                                         "file, such as arm.toml");
-    if (words.has("--family"))
-        return fail(Errc::bad_argument, "--family goes with a link; the robot file says it for its buses");
+    if (auto fine = no_family_for(words); !fine)
+        return std::unexpected(fine.error());
     return subjects_of_robot(words, what ? *what : environment);
 }
 

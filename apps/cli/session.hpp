@@ -18,6 +18,12 @@ namespace sinew::cli {
 /// Whether a word names a link and not a joint.
 bool is_link(std::string_view word);
 
+/// Whether a word names a robot file, where a link might stand as well.
+bool is_robot_file(std::string_view word);
+
+/// `bad_argument` where `--family` stands beside a robot file, which says it.
+std::expected<void, Error> no_family_for(const Words& words);
+
 /// `bad_argument` where `--sim` stands beside a link, which has no robot file to simulate.
 std::expected<void, Error> no_sim_for(const Words& words, std::string_view link);
 
@@ -76,6 +82,8 @@ std::expected<Device, Error> target(const Words& words);
 std::expected<std::vector<Device>, Error> targets(const Words& words);
 /// `bad_argument` where that is one of a recording. The functions here say it for verbs that act.
 std::expected<void, Error> check_live(const Device& device);
+/// That a robot file has none, for verbs that need some.
+std::unexpected<Error> no_joints(const std::string& path);
 /// All joints of the robot file that the options name.
 std::expected<std::vector<Device>, Error> whole_robot(const Words& words);
 /// The same of this file.

@@ -151,6 +151,18 @@ bool is_link(std::string_view word)
     return word.find(':') != std::string_view::npos || word.find('/') != std::string_view::npos;
 }
 
+bool is_robot_file(std::string_view word)
+{
+    return word.ends_with(".toml") && word.find(':') == std::string_view::npos;
+}
+
+std::expected<void, Error> no_family_for(const Words& words)
+{
+    if (words.has("--family"))
+        return fail(Errc::bad_argument, "--family goes with a link; the robot file says it for its buses");
+    return {};
+}
+
 std::string with_bit_rate(const std::string& link, const Family& family, std::uint32_t bit_rate)
 {
     return link::with_bit_rate(link, bit_rate != 0 ? bit_rate : family.default_bit_rate);
@@ -243,9 +255,12 @@ std::expected<std::vector<Device>, Error> whole_robot(const Words& words)
 std::expected<std::vector<Device>, Error> robot_at(const Words& words, const std::string& path)
 {
     auto joints = joints_of(words, path, std::nullopt);
-    if (joints && joints->empty())
-        return fail(Errc::bad_file, fmt::format("{} has no joints; write [joint.NAME] into it", path));
-    return joints;
+    return joints && joints->empty() ? no_joints(path) : std::move(joints);
+}
+
+std::unexpected<Error> no_joints(const std::string& path)
+{
+    return fail(Errc::bad_file, fmt::format("{} has no joints; write [joint.NAME] into it", path));
 }
 
 } // namespace sinew::cli

@@ -122,7 +122,7 @@ class Errors(Refusing):
         self.refused(["send", f"sim:{DEMO}#left", "set-id", "new_id=9", *SAM], 2, "--yes", "flash")
 
     def test_words_that_are_missing_or_too_many(self):
-        self.refused(["scan"], 2, "LINK is missing", "sinew scan LINK")
+        self.refused(["plot"], 2, "FILE is missing", "sinew plot FILE")
         self.refused(["messages", "sam", "ping", "pong"], 2, "'pong'")
         self.refused(["info", "elbow"], 2, "elbow", "--robot")
         self.refused(["info", "serial:/dev/null"], 2, "--family")

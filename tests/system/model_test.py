@@ -92,7 +92,8 @@ class Completion(unittest.TestCase):
 
     def test_joints_buses_and_messages(self):
         self.assertEqual(words("move", "elb"), ["elbow"])
-        self.assertEqual(words("bus", ""), ["left", "waist", "legs"])
+        for verb in ("bus", "scan"):
+            self.assertEqual(words(verb, ""), ["left", "waist", "legs"])
         self.assertIn("input-voltage", words("get", "elbow", "in"))
         self.assertIn("pd-gain", words("set", "elbow", ""))
         self.assertIn("speed-closed-loop", words("send", "left_knee", "speed"))
