@@ -124,7 +124,7 @@ void print_text(const BusTarget& target, const bus::Line& line, const Allowed& w
         if (tally.means != link::Tally::Means::nothing || tally.count != 0)
             row(tally.says, "0", std::to_string(tally.count));
     fmt::print("{}", table.text(2));
-    if (!known)
+    if (!known && !record::is_replay(target.link))
         fmt::print(stderr, "The bit rate behind this link is not known; baud=RATE in the link lets it be predicted.\n");
 }
 
@@ -203,16 +203,21 @@ Outcome run(const Words& words)
     auto file = capture_file(words);
     if (!file)
         return std::unexpected(file.error());
-    const auto measured = measure(*bus, *target, *steps, **time, *file ? &**file : nullptr);
+    const auto measured = measure(session, *bus, *target, *steps, **time, *file ? &**file : nullptr);
     if (!measured)
         return std::unexpected(measured.error());
-    const bus::Line line{.can = target->family->can, .bit_rate = bus->link_state().bit_rate};
+    const bool is_replay = record::is_replay(target->link);
+    // A recording has the times of its wire in it, and its robot file the rate.
+    const bus::Line line{.can = target->family->can,
+                         .bit_rate = is_replay ? target->bit_rate : bus->link_state().bit_rate};
     const auto wire = allowed(line, adapter_port_of(target->link), *steps, measured->frames);
     const auto adapter = report_of(*bus, target->link);
     if (words.json())
         print(to_json(*target, line, *steps, wire, *measured, adapter));
     else
         print_text(*target, line, wire, *measured, adapter);
+    if (measured->over)
+        fmt::print(stderr, "The recording has no more to tell than this.\n");
     if (interrupted())
         return exit_interrupted;
     return measured->exchanges == 0 ? exit_no_answer : exit_done;
@@ -225,7 +230,7 @@ Verb bus_verb()
     return {.name = "bus",
             .says = "Read from all devices of a bus as fast as it goes, and show what was measured beside what the "
                     "wire allows.",
-            .arguments = {bus_argument},
+            .arguments = {{bus_argument.name, bus_argument.says, false}},
             .options = {robot_option,
                         sim_option,
                         link_option,

@@ -187,6 +187,8 @@ std::expected<BusTarget, Error> bus_target(const Words& words)
         return bus;
     }
     const auto path = robot_path(words);
+    if (!path && word.empty())
+        return fail(Errc::bad_argument, "which bus? Name a link, or a bus with --robot FILE");
     if (!path)
         return fail(Errc::bad_argument, fmt::format("'{}' is no link; a bus by name needs --robot FILE", word));
     auto bus = named_bus(*path, word);

@@ -59,22 +59,32 @@ std::expected<std::vector<Subject>, Error> subject_of_link(const Words& words, s
     return std::vector{std::move(out)};
 }
 
+std::unexpected<Error> no_examination(const std::string& recording)
+{
+    return fail(Errc::bad_argument, fmt::format("{} is a recording, whose wires cannot be asked anything new; sinew "
+                                                "replay {} --errors shows what went wrong on them",
+                                                recording, recording));
+}
+
 std::expected<std::vector<Subject>, Error> subjects(const Words& words)
 {
-    const auto what = words.text("WHAT");
-    if (what && is_recording(*what))
-        return fail(Errc::bad_argument, fmt::format("{} is a recording, whose wires cannot be asked anything new; "
-                                                    "sinew replay {} --errors shows what went wrong on them",
-                                                    *what, *what));
-    if (what && !is_robot_file(*what) && is_link(*what))
-        return subject_of_link(words, *what);
+    auto what = words.text("WHAT");
     const char* environment = std::getenv("SINEW_ROBOT");
     if (!what && environment == nullptr)
         return fail(Errc::bad_argument, "what is to be looked at? Name a link, such as serial:/dev/ttyUSB0, or a robot "
                                         "file, such as arm.toml");
+    const bool is_named = what.has_value();
+    if (!is_named)
+        what = environment;
+    if (is_recording(*what))
+        return no_examination(*what);
+    if (is_named && record::is_replay(*what))
+        return no_examination(link::parse_uri(*what)->target);
+    if (is_named && !is_robot_file(*what) && is_link(*what))
+        return subject_of_link(words, *what);
     if (auto fine = no_family_for(words); !fine)
         return std::unexpected(fine.error());
-    return subjects_of_robot(words, what ? *what : environment);
+    return subjects_of_robot(words, *what);
 }
 
 void print_finding(const Finding& finding)

@@ -55,8 +55,8 @@ Duration Percentiles::at(double share) const
     return longest_;
 }
 
-std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, std::span<const Step> steps,
-                                       Duration time, record::FileWriter* file)
+std::expected<Measured, Error> measure(const Session& session, bus::Bus& bus, const BusTarget& target,
+                                       std::span<const Step> steps, Duration time, record::FileWriter* file)
 {
     std::vector<wire::Request> requests;
     for (const auto& step : steps) {
@@ -86,7 +86,18 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
     const TimePoint begin = bus.clock().now();
     std::expected<void, Error> sent;
     while (sent && written && !interrupted() && bus.clock().now() - begin < time) {
+        out.time = bus.clock().now() - begin;
+        out.counters = bus.conversation().counters();
+        const auto bits = out.bits;
+        const auto told = session.replayed();
         sent = bus.exchange(requests, results);
+        // A request that was not answered in the recording either is told as that.
+        out.over = record::is_replay(bus.name()) && !std::ranges::all_of(results, &bus::Result::good) &&
+                   session.replayed() - told < bus.conversation().counters().requests - out.counters.requests;
+        if (out.over) {
+            out.bits = bits;
+            break;
+        }
         for (std::size_t i = 0; i < results.size(); ++i) {
             const auto& result = results[i];
             if (result.good) {
@@ -101,14 +112,16 @@ std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, s
         }
         out.cycles += !interrupted();
     }
-    out.time = bus.clock().now() - begin;
+    if (!out.over) {
+        out.time = bus.clock().now() - begin;
+        out.counters = bus.conversation().counters();
+    }
     bus.set_tap(nullptr);
     for (std::size_t i = 0; i < counts.size(); ++i)
         out.frames.push_back(counts[i].count > 0
                                  ? counts[i].average()
                                  : bus::ExchangeBits{bus::frame_bits(can, requests[i].frame.size),
                                                      bus::frame_bits(can, requests[i].message->reply.size)});
-    out.counters = bus.conversation().counters();
     if (!sent)
         return std::unexpected(sent.error());
     if (written && file != nullptr)

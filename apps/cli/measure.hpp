@@ -32,11 +32,13 @@ struct Measured {
     std::vector<bus::ExchangeBits> frames; ///< of each step, on average
     bus::Counters counters{};
     Percentiles round_trips;
+    bool over = false; ///< ended with the recording that answered
 };
 
 /// Carries out the steps over and over for `time`, or until Ctrl-C. All of them must be reads: `bad_argument` before
-/// anything is sent otherwise. Fails where the link is lost. `file`, if given, gets all frames.
-std::expected<Measured, Error> measure(bus::Bus& bus, const BusTarget& target, std::span<const Step> steps,
-                                       Duration time, record::FileWriter* file);
+/// anything is sent otherwise. Fails where the link is lost. `file`, if given, gets all frames. On a recording it ends
+/// where that has nothing more to tell, and the silence behind its end is not measured.
+std::expected<Measured, Error> measure(const Session& session, bus::Bus& bus, const BusTarget& target,
+                                       std::span<const Step> steps, Duration time, record::FileWriter* file);
 
 } // namespace sinew::cli

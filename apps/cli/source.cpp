@@ -7,6 +7,7 @@
 
 #include <array>
 #include <deque>
+#include <fmt/format.h>
 #include <sys/socket.h>
 
 namespace sinew::cli {
@@ -144,6 +145,10 @@ std::expected<std::unique_ptr<Source>, Error> open_live(const BusTarget& target)
     const auto uri = link::parse_uri(target.link);
     if (!uri)
         return std::unexpected(uri.error());
+    if (record::is_replay(target.link))
+        return fail(Errc::bad_argument, fmt::format("{} is a recording, on which nobody talks unasked; sinew sniff "
+                                                    "--replay {} shows what is in it",
+                                                    uri->target, uri->target));
     catch_interrupts();
     if (uri->scheme == "sim") {
         auto fd = sniff_simulator(uri->target, uri->fragment);
