@@ -24,9 +24,11 @@ local f_direction = ProtoField.string("sinew.direction", "Direction")
 local f_id = ProtoField.uint32("sinew.id", "Id")
 local f_error = ProtoField.string("sinew.error", "Error")
 local registered = { f_family, f_message, f_direction, f_id, f_error }
+-- Values of these names stand beside: Wireshark knows a name once.
+local taken = {family = true, message = true, direction = true, id = true, error = true}
 local f_values = {}
 for _, name in ipairs(value_names) do
-    f_values[name] = ProtoField.double("sinew." .. name, name)
+    f_values[name] = ProtoField.double((taken[name] and "sinew.value." or "sinew.") .. name, name)
     registered[#registered + 1] = f_values[name]
 end
 sinew.fields = registered
@@ -59,6 +61,18 @@ local function raw_value(f, at)
     return value
 end
 
+-- A sequence is a byte after another, up to what stands behind it.
+local function spread(fields, side, size)
+    local out = {}
+    for _, f in ipairs(fields) do
+        for byte = f.byte, f.sequence and size - 1 - (side.size - f.byte) or f.byte do
+            local one = f.sequence and {name = f.name, byte = byte, bytes = 1, coding = "bits", msb = 7, lsb = 0} or f
+            table.insert(out, one)
+        end
+    end
+    return out
+end
+
 -- Some fields take the place of another one while a third has a value.
 local function fields_of(side, at)
     local variant = side.variants and side.variants[raw_value(side.selector, at)]
@@ -80,17 +94,24 @@ local function fits(side, size, at)
     return true
 end
 
+-- How much of a message is fixed: another one may have a value in the same bits.
+local function weight(message, side, direction)
+    -- a reply may have an entry of its own beside the request that asks for it
+    local sum = direction == "reply" and not message.request and 1000 or 0
+    for _, c in ipairs(side.fixed) do sum = sum + c[2] - c[3] + 1 end
+    return sum
+end
+
 local function find(family, direction, size, at)
-    local second
+    local best, most
     for _, message in ipairs(family.messages) do
         local side = message[direction]
         if side and fits(side, size, at) then
-            -- a reply may have an entry of its own beside the request that asks for it
-            if direction == "request" or not message.request then return message, side end
-            second = second or message
+            local w = weight(message, side, direction)
+            if not best or w > most then best, most = message, w end
         end
     end
-    if second then return second, second[direction] end
+    if best then return best, best[direction] end
 end
 
 local asked = {}   -- the latest request on each interface, in the first pass
@@ -132,7 +153,7 @@ local function dissect(tvb, pinfo, root, family_name, can_id)
     tree:add(f_direction, direction)
     local words = message.name .. (direction == "reply" and " reply" or "")
     if can_id and can_id ~= 0x280 then tree:add(f_id, can_id % 64 + (can_id % 64 == 0 and 64 or 0)) end
-    for _, f in ipairs(fields_of(side, at)) do
+    for _, f in ipairs(spread(fields_of(side, at), side, size)) do
         if f.byte + f.bytes <= size then
             local raw = raw_value(f, at)
             if f.id then
@@ -196,6 +217,8 @@ std::string field_text(const MessageInfo& message, const Field& field, const wir
                                   field.byte, field.bytes, to_word(field.coding), field.msb, field.lsb, field.top_bits);
     if (field.kind == Kind::address)
         return out + ",id=true}";
+    if (field.kind == Kind::sequence)
+        return out + ",sequence=true}";
     const auto reading = wire::reading(message, field, line.overrides);
     if (!field.unit.empty() && reading.scale != wire::by_model)
         out += fmt::format(",scale={},offset={},unit=\"{}\"", reading.scale, reading.offset, field.unit);
@@ -234,10 +257,10 @@ std::string side_text(const MessageInfo& message, const Side& side, const wire::
     std::string fields;
     for (const auto& field : side.fields) {
         grows = grows || field.kind == Kind::sequence;
-        const bool shown = field.kind == Kind::value || field.kind == Kind::address;
-        if (!shown || !field.when.holds(line.options))
+        const bool has_value = field.kind == Kind::value || field.kind == Kind::sequence;
+        if ((!has_value && field.kind != Kind::address) || !field.when.holds(line.options))
             continue;
-        if (field.kind == Kind::value)
+        if (has_value)
             names.emplace(field.name);
         fields += field_text(message, field, line) + ',';
     }
