@@ -216,6 +216,22 @@ std::expected<void, Error> Core::look_at_all()
     return {};
 }
 
+/// After a pause of the program.
+std::expected<void, Error> Core::look_first()
+{
+    bool has_to = false;
+    for (auto& line : lines)
+        has_to |= line->plan_first_look(clock->now());
+    if (!has_to)
+        return {};
+    exchange_lines();
+    if (auto fine = look_at_all(); !fine)
+        return fine;
+    for (auto& line : lines)
+        line->clear();
+    return {};
+}
+
 std::expected<void, Error> Core::cycle()
 {
     ask_for_real_time();
@@ -230,8 +246,10 @@ std::expected<void, Error> Core::cycle()
     for (auto& line : lines) // all of them before the first is planned: what is planned counts as told
         if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
             return stop_for(std::move(finding.why));
+    if (auto fine = look_first(); !fine)
+        return fine;
     for (auto& line : lines)
-        line->plan_cycle(now);
+        line->plan_cycle(clock->now());
     exchange_lines();
     pause.rest_until(clock->now());
     return look_at_all();
@@ -272,11 +290,14 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
         bool ended = false;
         for (auto& line : lines) {
             if (!line->busy() && now >= line->due()) {
-                const Duration own = line->period() > Duration{} ? line->period() : period;
-                line->set_due(line->due() + own * ((now - line->due()) / own + 1));
-                if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
-                    return stop_for(std::move(finding.why));
-                line->plan_cycle(now);
+                if (!line->has_looked())
+                    if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
+                        return stop_for(std::move(finding.why));
+                if (!line->plan_first_look(now)) {
+                    const Duration own = line->period() > Duration{} ? line->period() : period;
+                    line->set_due(line->due() + own * ((now - line->due()) / own + 1));
+                    line->plan_cycle(now);
+                }
                 line->start();
             }
             if (line->busy() && line->bus().work()) {

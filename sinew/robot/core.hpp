@@ -47,6 +47,7 @@ private:
     std::expected<void, Error> check_no_stop() const;
     std::expected<void, Error> look_before_enabling();
     std::expected<void, Error> read_where_they_are();
+    std::expected<void, Error> let_go_of_all();
     std::expected<void, Error> take_hold();
     std::expected<void, Error> bring_links_back();
     std::expected<void, Error> compare_models();
@@ -65,6 +66,7 @@ private:
     void let_a_stop_out();
     std::expected<void, Error> look_at(Line& line);
     std::expected<void, Error> look_at_all();
+    std::expected<void, Error> look_first();
     void exchange_lines();
     std::unexpected<Error> stop_for(Error why);
     /// Once for every thread that drives.

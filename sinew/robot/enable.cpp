@@ -125,7 +125,8 @@ std::expected<void, Error> Core::compare_models()
 /// Hold, on, hold: twice, because a motor may take a command one frame late (field notes 2) and others confirm none.
 std::expected<void, Error> Core::switch_all_on()
 {
-    for (int turn = 0; turn < 2; ++turn) {
+    const auto is_off = [](const Joint& joint) { return !joint.acknowledges_ && joint.is_limp(Mode::hold); };
+    for (int turn = 0; turn < 2 || (turn < most_tries && std::ranges::any_of(joints, is_off)); ++turn) {
         const auto hold = [](Joint& joint) { return joint.driver_->plan({.mode = joint.holding(false)}, joint.raw_); };
         if (auto done = exchange_all("it was told to hold", hold); !done)
             return done;
@@ -140,6 +141,8 @@ std::expected<void, Error> Core::switch_all_on()
         if (auto done = exchange_all("its state", ask); !done)
             return done;
     }
+    if (const auto joint = std::ranges::find_if(joints, is_off); joint != joints.end())
+        return fail(Errc::bad_reply, fmt::format("{} was switched on and says that it is off", joint->name()));
     return {};
 }
 
@@ -171,7 +174,8 @@ std::expected<void, Error> Core::enable()
         enabled = true; // as far as that goes: what could not be told to hold may turn
         return stop_for(std::move(done.error()));
     }
-    stop_asked_.store(false); // it was told
+    if (done.error().code == Errc::stopped)
+        stop_asked_.store(false); // it is told
     return done;
 }
 
@@ -187,13 +191,15 @@ std::expected<void, Error> Core::hold_all()
         if (line->busy())
             line->absorb(clock->now());
     for (Joint& joint : joints)
-        if (joint.closed_ == nullptr && joint.command_.mode != Mode::release && joint.command_.mode != Mode::brake)
-            joint.come_to_rest(joint.holding(joint.is_unplaced()), clock->now());
+        if (joint.closed_ == nullptr && !lets_go(joint.command_) && joint.command_.mode != Mode::hold)
+            joint.come_to_rest(joint.holding(false), clock->now());
     // Nobody is judged by what he said before: the program may have asked nothing for a while. Nor by one answer that
     // is missing, or not believed.
     const TimePoint begun = clock->now();
-    const auto is_old = [&](const Joint& joint) { return joint.closed_ == nullptr && joint.answered_at_ < begun; };
-    for (int i = 0; i < most_tries && (i == 0 || std::ranges::any_of(joints, is_old)); ++i) {
+    const auto has_to_hear = [&](const Joint& joint) {
+        return joint.closed_ == nullptr && (joint.answered_at_ < begun || joint.fresh_);
+    };
+    for (int i = 0; i < most_tries && (i == 0 || std::ranges::any_of(joints, has_to_hear)); ++i) {
         for (auto& line : lines) {
             line->clear();
             line->plan_cycle(clock->now());
@@ -208,7 +214,9 @@ std::expected<void, Error> Core::read_where_they_are()
 {
     const TimePoint begun = clock->now();
     const auto is_old = [&](const Joint& joint) {
-        return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;
+        const bool needs_place = joint.holds_a_position_ || joint.limits().position_low_rad ||
+                                 joint.limits().position_high_rad; // a wheel may have turned too far to tell
+        return !joint.raw_.position_rad || (needs_place && joint.raw_.position_rad.at() < begun);
     };
     for (int i = 0; i < times_to_believe || (i < times_to_believe + most_tries && std::ranges::any_of(joints, is_old));
          ++i) {
@@ -244,10 +252,10 @@ std::expected<void, Error> Core::look_before_enabling()
     }
     if (auto done = exchange_all("its settings", [](Joint& joint) { return joint.driver_->plan_settings(); }); !done)
         return done;
-    if (auto done = read_where_they_are(); !done)
-        return done;
     if (auto done = exchange_all("whether it starts afresh", [](Joint& j) { return j.driver_->plan_reset_check(); });
         !done)
+        return done;
+    if (auto done = read_where_they_are(); !done)
         return done;
     // From here on every joint is to hold, and a stop must not let go what a device held before.
     for (Joint& joint : joints)
@@ -257,6 +265,22 @@ std::expected<void, Error> Core::look_before_enabling()
     if (auto watched = hand_over(); !watched)
         return watched;
     return check_no_stop();
+}
+
+/// What may press on something lets go of it now: the first cycle may be long in coming. Where that fails, it is for
+/// the stop to try again.
+std::expected<void, Error> Core::let_go_of_all()
+{
+    for (Joint& joint : joints)
+        joint.may_press_on_ = std::exchange(joint.must_relieve_, false) || joint.may_press_on_;
+    const auto let_go = [](Joint& joint) {
+        return joint.may_press_on_ ? plan_hold_anew(*joint.driver_, joint.raw_) : Planned{};
+    };
+    if (auto done = exchange_all("it was told to let go", let_go); !done)
+        return done;
+    for (Joint& joint : joints)
+        joint.may_press_on_ = false;
+    return {};
 }
 
 std::expected<void, Error> Core::take_hold()
@@ -274,17 +298,12 @@ std::expected<void, Error> Core::take_hold()
         joint.begin(now);
         joint.full_at_ = joint.check_at_ = now + std::chrono::milliseconds{20} * static_cast<int>(i + 1);
     }
-    // What may press on something lets go of it now: the first cycle may be long in coming.
-    const auto let_go = [](Joint& joint) {
-        return std::exchange(joint.must_relieve_, false) ? plan_hold_anew(*joint.driver_, joint.raw_) : Planned{};
-    };
-    if (auto done = exchange_all("it was told to let go", let_go); !done)
+    if (auto done = let_go_of_all(); !done)
         return done;
     if (auto fine = check_no_stop(); !fine)
         return fine;
     for (auto& line : lines) {
-        line->forgive();
-        line->owe_stop(false);
+        line->begin();
         line->prepare_stop();
         tell_the_guardian(*line);
     }

@@ -86,7 +86,7 @@ std::unexpected<Error> Core::hold_after(std::span<Joint* const> all, Error why)
     });
     for (Joint* joint : held) {
         if (joint->command_.mode != Mode::hold)
-            joint->come_to_rest(joint->holding(joint->is_unplaced()), clock->now());
+            joint->come_to_rest(joint->holding(false), clock->now());
         joint->stillness_.begin();
     }
     const auto is_at_rest = [](const Joint* joint) { return joint->stillness_.is_at_rest(); };

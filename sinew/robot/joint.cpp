@@ -257,7 +257,7 @@ void Joint::come_to_rest(Mode how, TimePoint at)
 /// The command is over: what the policy says.
 void Joint::end(TimePoint at)
 {
-    come_to_rest(stopping(false), at);
+    come_to_rest(policy() == Mode::hold ? holding(false) : policy(), at);
 }
 
 /// From the measured position, with torque.

@@ -99,7 +99,7 @@ private:
     void rest_of_move(Command& command, TimePoint at) const;
     bool must_send(const Command& command, TimePoint at) const;
     bool has_let_go() const;
-    bool may_send() const;
+    bool may_send(TimePoint at) const;
     /// After an exchange: nothing of what it was told last is still to be sent, for all that its answers say.
     void see_whether_it_has_heard()
     {
@@ -139,7 +139,8 @@ private:
     /// To hold, or to brake where that would be a leap. `unseen` as above.
     Mode holding(bool unseen) const;
     /// Whether it must be told where to hold, and where it is was not measured lately.
-    bool is_unplaced() const;
+    bool is_unplaced(TimePoint at) const;
+    bool is_old(const actuator::Measured<double>& place, TimePoint at) const;
     void begin_telling(Mode mode, TimePoint at)
     {
         unheard_ = false;
@@ -212,6 +213,7 @@ private:
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
     Duration interval_{};                    ///< at which it is looked at
+    Duration exchange_{};                    ///< what the latest one of its line took
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {
         TimePoint since{};

@@ -2,6 +2,7 @@
 #include "sinew/robot/drive.hpp"
 #include "sinew/robot/joint.hpp"
 #include "sinew/robot/pressing.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -68,13 +69,13 @@ bool Joint::must_send(const Command& command, TimePoint at) const
 
 /// A device that does not answer may have lost its supply, and its shaft may be anywhere: what it was told last would
 /// be a leap when it hears again. What cannot make it leap goes out all the same, for it may hear.
-bool Joint::may_send() const
+bool Joint::may_send(TimePoint at) const
 {
     const Mode mode = command_.mode;
     if (lets_go(command_) || (mode == Mode::hold && !holds_a_position_))
         return true;
     const bool is_leap = holds_a_position_ && (mode == Mode::position || mode == Mode::hold);
-    return !silence_ && !(is_leap ? missing_since_ || is_unplaced() : is_silent());
+    return !silence_ && !(is_leap ? missing_since_ || is_unplaced(at) : is_silent());
 }
 
 /// Instead of a command that may not be sent. What drives without end and is to do something else is stopped, wherever
@@ -107,9 +108,9 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     see_whether_it_turns_freely(at);
     if (command_.mode == Mode::hold && has_met_something())
         must_relieve_ = true;
-    if (!may_send())
+    if (!may_send(at))
         return plan_look(resolution_rad);
-    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_doubtful(at - held_.position_rad.at()))
+    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_old(held_.position_rad, at))
         held_ = raw_; // nobody had looked for a while when it was told to hold
     const Command command = next(at);
     const Command own = mounting_.to_actuator(command);
@@ -132,6 +133,8 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         if (acknowledges_)
             repetitions_ = 0;
         went_out(own, at);
+    } else {
+        fresh_ = false; // it has let go already
     }
     // Who holds without being told where holds where he comes to rest.
     const bool holds_there = command.mode == Mode::hold && holds_a_position_;
@@ -159,15 +162,20 @@ Mode Joint::holding(bool unseen) const
     return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
 }
 
-/// Nor has anybody looked for a while: the program did something else, and so may a hand have.
-bool Joint::is_unplaced() const
+/// Nobody has looked for a while: the program did something else, and so may a hand have.
+bool Joint::is_old(const actuator::Measured<double>& place, TimePoint at) const
 {
-    return holds_a_position_ && (!raw_.position_rad || is_doubtful(now() - raw_.position_rad.at()));
+    return !place || at - place.at() > doubtful_silence + 2 * exchange_;
+}
+
+bool Joint::is_unplaced(TimePoint at) const
+{
+    return holds_a_position_ && is_old(raw_.position_rad, at);
 }
 
 Mode Joint::stopping(bool unseen) const
 {
-    return policy() == Mode::hold ? holding(unseen || is_unplaced()) : policy();
+    return policy() == Mode::hold ? holding(unseen || is_unplaced(now())) : policy();
 }
 
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const

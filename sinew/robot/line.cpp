@@ -114,6 +114,7 @@ Finding Line::begin_cycle(TimePoint now)
 
 void Line::plan_cycle(TimePoint now)
 {
+    has_looked_ = false;
     prepare_stop();
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
@@ -145,9 +146,9 @@ bool Line::plan_group(TimePoint now)
 {
     if (group_.size() < 2)
         return false;
-    const auto is_pushed = [](const Joint* joint) {
+    const auto is_pushed = [now](const Joint* joint) {
         return (joint->command_.mode == Mode::current || joint->command_.mode == Mode::torque) &&
-               !joint->must_set_up_ && joint->may_send();
+               !joint->must_set_up_ && joint->may_send(now);
     };
     if (!std::ranges::all_of(group_, is_pushed))
         return false;
@@ -247,8 +248,22 @@ void Line::close_stop()
     bus_->clear_stop();
 }
 
+/// Whether the places of some would be old when they are told where to hold: first they are looked at.
+bool Line::plan_first_look(TimePoint now)
+{
+    const auto must = [&](const Joint* joint) { return joint->is_unplaced(now) && !joint->missing_since_; };
+    clear();
+    if (std::exchange(has_looked_, true) || std::ranges::none_of(joints_, must))
+        return false;
+    for (Joint* joint : joints_)
+        if (must(joint))
+            (void)plan_read(*joint, Depth::motion);
+    return true;
+}
+
 void Line::start()
 {
+    started_at_ = bus_->clock().now();
     bus_->start(requests(), std::span(results_).first(size_));
     busy_ = true;
 }
@@ -256,6 +271,8 @@ void Line::start()
 void Line::absorb(TimePoint now)
 {
     busy_ = false;
+    for (Joint* joint : joints_)
+        joint->exchange_ = now - started_at_;
     const auto wire = bus_->conversation().line();
     for (std::size_t i = 0; i < size_; ++i) {
         const auto& request = requests_[i];
@@ -277,8 +294,7 @@ void Line::absorb(TimePoint now)
             if (own != replies.end())
                 joint->absorb(request, *own, result.at - bus::frame_time(wire, own->size, bus::Stuffing::least));
             else
-                joint->failed({.code = Errc::timeout, .detail = "it did not answer the frame of its group"}, result.at,
-                              &request);
+                joint->failed({.code = Errc::timeout}, result.at, &request);
         }
     }
     for (Joint* joint : joints_)

@@ -33,6 +33,9 @@ public:
     std::expected<void, Error> plan_read(Joint& joint, Depth depth);
     /// What a supervisor finds is carried out; a fault is returned, and nothing must be planned then.
     Finding begin_cycle(TimePoint now);
+    /// Before that. Once a cycle: whether there is something to ask.
+    bool plan_first_look(TimePoint now);
+    bool has_looked() const { return has_looked_; }
     /// The commands of all joints and what they measure, now and then all of it. A joint takes what is planned for
     /// told.
     void plan_cycle(TimePoint now);
@@ -62,6 +65,12 @@ public:
 
     bool is_lost() const { return bus_->link_trouble() != nullptr || bus_->losses() != losses_; }
     void forgive() { losses_ = bus_->losses(); }
+    /// Of a robot that is enabled.
+    void begin()
+    {
+        forgive();
+        owes_stop_ = has_looked_ = false;
+    }
     /// It was stopped while its link was lost, and has not heard of it yet.
     bool owes_stop() const { return owes_stop_; }
     void owe_stop(bool owes) { owes_stop_ = owes; }
@@ -90,6 +99,8 @@ private:
     TimePoint begun_at_{};
     Duration interval_{};
     bool busy_ = false;
+    bool has_looked_ = false; ///< for the cycle that comes
+    TimePoint started_at_{};  ///< the latest exchange
     bool owes_stop_ = false;
     std::uint64_t losses_ = 0;
     std::vector<Joint*> joints_;

@@ -19,6 +19,9 @@ std::vector<wire::Request> requests_of(std::span<const Load::Part> parts)
     return out;
 }
 
+/// So that no place that it knows is old.
+constexpr Duration longer_than_planning = std::chrono::hours{1};
+
 /// An answer of zeros, or of what is nearest to them.
 std::expected<wire::Frame, Error> any_reply(const wire::Request& asked)
 {
@@ -32,14 +35,14 @@ std::expected<wire::Frame, Error> any_reply(const wire::Request& asked)
 
 } // namespace
 
-void settle(actuator::Driver& driver, State& state)
+void settle(actuator::Driver& driver, State& state, TimePoint at)
 {
     const auto read = driver.plan_read(Depth::motion);
     if (!read)
         return;
     for (const auto& asked : read->all())
         if (const auto reply = any_reply(asked))
-            (void)driver.absorb(asked, *reply, {}, state);
+            (void)driver.absorb(asked, *reply, at, state);
 }
 
 /// The joints of a line without a bus.
@@ -51,7 +54,7 @@ public:
     Load load()
     {
         for (Joint* joint : line_.joints_)
-            settle(*joint->driver_, joint->raw_);
+            settle(*joint->driver_, joint->raw_, joint->now() + longer_than_planning);
         for (Joint* joint : line_.joints_) {
             move(*joint);
             command_otherwise(*joint);

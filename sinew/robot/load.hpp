@@ -27,6 +27,6 @@ std::expected<Load, Error> load_of(const config::RobotFile& file, std::string_vi
 
 /// Some drivers have to ask a device for a setting, or where it is, once. Zeros for an answer bring them to what they
 /// plan from then on.
-void settle(actuator::Driver& driver, actuator::State& state);
+void settle(actuator::Driver& driver, actuator::State& state, TimePoint at = {});
 
 } // namespace sinew::robot

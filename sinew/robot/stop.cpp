@@ -253,10 +253,12 @@ void Core::plan_owed_stops(bool at_once)
     const TimePoint now = clock->now();
     for (auto& line : lines)
         for (Joint* joint : line->joints()) {
-            if (!joint->owes_stop_ || now - joint->told_at_ < (at_once ? Duration{} : until_it_is_told_again))
+            const bool is_lost = line->bus().link_trouble() != nullptr;
+            const bool is_news = at_once || joint->told_ != joint->stopping(is_lost);
+            if (!joint->owes_stop_ || (!is_news && now - joint->told_at_ < until_it_is_told_again))
                 continue;
-            if (const auto plan = joint->plan_policy(*joint->driver_, line->is_lost())) {
-                joint->begin_telling(joint->stopping(line->is_lost()), now);
+            if (const auto plan = joint->plan_policy(*joint->driver_, is_lost)) {
+                joint->begin_telling(joint->stopping(is_lost), now);
                 line->add(*joint, plan->all());
             }
         }

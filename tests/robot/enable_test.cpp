@@ -222,6 +222,43 @@ TEST(Enable, AStopThatIsAskedForWhileLinksComeBackIsNotForgotten)
     EXPECT_EQ(said(one.robot->enable()), "");
 }
 
+/// It is not what that enable fails for.
+TEST(Enable, AStopThatIsAskedForInAnEnableThatFailsOtherwiseIsToldByTheNext)
+{
+    LossyRobot one(knee_and_waist);
+    for (const auto* bus : {"of_knee", "of_waist"})
+        ASSERT_TRUE(one.simulator->set_plugged(bus, false));
+    EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
+    ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
+    bool asked = false;
+    one.losses.of_sent = [&](const wire::Frame&) {
+        if (!std::exchange(asked, true))
+            one.robot->request_stop();
+        return false;
+    };
+    EXPECT_EQ(one.robot->enable().error().code, Errc::link_lost);
+    ASSERT_TRUE(asked);
+    ASSERT_TRUE(one.simulator->set_plugged("of_waist", true));
+    const auto on = one.robot->enable();
+    ASSERT_FALSE(on);
+    EXPECT_EQ(on.error().code, Errc::stopped);
+    EXPECT_EQ(said(one.robot->enable()), "");
+}
+
+/// Its feedback ends at 6553.3 deg.
+TEST(Enable, AWheelThatHasTurnedTooFarToTellWhereItIsCanBeEnabledAgain)
+{
+    Rig rig(
+        file_of("version = 1\n[bus.n]\nfamily = \"nuri\"\nbit_rate = 115200\n[joint.wheel]\nbus = \"n\"\nid = 1\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("wheel", {.mode = Mode::velocity, .velocity_rad_s = 10.0})), "");
+    ASSERT_EQ(said(rig.run(20s)), "");
+    ASSERT_GT(rig.truth_rad("wheel"), units::rad(6600));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    EXPECT_NEAR(rig.truth_rad_s("wheel"), 0.0, 1e-3);
+}
+
 /// Every other one would hold with torque, and nobody would look after it.
 TEST(Enable, ARobotOfWhichOneJointDidNotConfirmToHoldIsStopped)
 {

@@ -153,6 +153,21 @@ TEST(Pressing, WhatAnotherProgramPressedOnIsLetGoOfByTheFirstEnable)
     EXPECT_LT(current_a(*rig.simulator), carries_a);
 }
 
+TEST(Pressing, WhatAnEnableFailedToLetGoOfIsLetGoOfByTheStopThatFollows)
+{
+    LossyRobot one(blocked_knee);
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 2s)), "");
+    one.losses.of_sent = [](const wire::Frame& frame) { return frame.data[0] == torque_closed_loop; };
+    (void)one.robot->stop();
+    ASSERT_GT(current_a(*one.simulator), carries_a);
+    bool lost = false;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        return frame.data[0] == torque_closed_loop && !std::exchange(lost, true);
+    };
+    EXPECT_NE(said(one.robot->enable()), "");
+    EXPECT_LT(current_a(*one.simulator), carries_a);
+}
+
 /// Its adapter was out when it was stopped, so it turned on until something was in its way.
 TEST(Pressing, AJointThatRanIntoSomethingWhileItCouldNotBeStoppedIsLetGoOnceItIsEnabled)
 {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <iterator>
+#include <utility>
 
 /// A stop reaches every joint, whatever it does and whoever is not there.
 namespace sinew::robot::test {
@@ -52,11 +53,15 @@ void guide_by_hand(Rig& rig, Duration pause)
 TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
 {
     enum class Then { cycle, stop, hold };
-    for (const Then then : {Then::cycle, Then::stop, Then::hold}) {
+    for (const auto& [then, cycles] :
+         {std::pair{Then::cycle, 10}, {Then::stop, 10}, {Then::hold, 10}, {Then::stop, 1}, {Then::hold, 1}}) {
         Rig rig(file_of(servo_by_hand));
         rig.enable();
         ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
-        ASSERT_EQ(said(rig.run(100ms)), "");
+        for (int i = 0; i < cycles; ++i) {
+            ASSERT_EQ(said(rig.robot->cycle()), "");
+            rig.simulator->clock().wait({}, rig.now() + 10ms);
+        }
         const double before = rig.truth_rad("arm");
         guide_by_hand(rig, then == Then::hold ? 400ms : 1s);
         const double guided = rig.truth_rad("arm");
@@ -76,8 +81,47 @@ TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
             else
                 rig.simulator->clock().wait({}, rig.now() + 10ms);
         EXPECT_LT(units::deg(furthest), 2.0)
-            << static_cast<int>(then) << ": it turns on a little when the hand lets go";
+            << static_cast<int>(then) << " after " << cycles << ": it turns on a little when the hand lets go";
     }
+}
+
+/// A program that waited too long for something, in the middle of a move.
+TEST(Stop, AServoWhoseProgramPausedIsHeldAndNotBrakedForGood)
+{
+    Rig rig(file_of(
+        "version = 1\n[safety]\npolicy = \"hold\"\ncommand_timeout_s = 0.2\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\n"
+        "bus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::position, .position_rad = 0.3, .velocity_rad_s = 0.5})), "");
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    rig.simulator->clock().wait({}, rig.now() + 300ms);
+    ASSERT_EQ(said(rig.run(1s)), "");
+    EXPECT_EQ(rig.robot->find("arm")->command().mode, Mode::hold);
+    EXPECT_NE(rig.simulator->world().look("arm")->mode, "brake");
+}
+
+/// Which needs to be told where, and is on a line that was lost.
+TEST(Stop, AServoThatOwesAStopIsHeldOnceItIsBackAndThenLeftAlone)
+{
+    Rig rig(file_of(servo_by_hand));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    (void)rig.robot->stop();
+    ASSERT_TRUE(rig.simulator->set_plugged("s", true));
+    int told = 0;
+    rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) { told += tapped.verdict == bus::Verdict::sent; });
+    const auto read_for = [&](int cycles) {
+        for (int i = 0; i < cycles; ++i) {
+            (void)rig.robot->cycle();
+            rig.simulator->clock().wait({}, rig.now() + 10ms);
+        }
+        return std::exchange(told, 0);
+    };
+    read_for(100);
+    EXPECT_NE(rig.simulator->world().look("arm")->mode, "brake");
+    EXPECT_LE(read_for(100), 110) << "it is only read";
 }
 
 /// Its answers are gone, it still hears: to hold where it was measured last would be a leap back.
