@@ -58,7 +58,7 @@ SAYS = {
            for side in ("left", "right") for name in ("hip", "knee", "ankle")]),
     "11_own_loop": "<300..600> cycles; the knee is at <59.5..60.5> deg",
     "12_fault_handling": """
-        <2.5..3.2> s stopped: id 1: knee: it has not answered for 0.20 s; is its cable or its supply off?
+        <2.5..3.2> s stopped: id 1: knee: it has not answered for <0.2..0.4> s; is its cable or its supply off?
         <2.5..4.5> s not enabled: knee of bus legs, <...>: no answer within <...>
         <2.5..4.5> s not enabled: knee of bus legs, <...>: no answer within <...>
         <2.5..4.5> s not enabled: knee of bus legs, <...>: no answer within <...>

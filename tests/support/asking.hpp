@@ -17,7 +17,7 @@ class InSignalHandler
 public:
     explicit InSignalHandler(const Ask& ask)
     {
-        ask_ = &ask;
+        asks_now = &ask;
         struct sigaction action{};
         action.sa_handler = handle;
         sigemptyset(&action.sa_mask);
@@ -27,12 +27,12 @@ public:
     InSignalHandler(const InSignalHandler&) = delete;
     InSignalHandler& operator=(const InSignalHandler&) = delete;
 
-    static bool has_asked() { return ask_.load() == nullptr; }
+    static bool has_asked() { return asks_now.load() == nullptr; }
 
 private:
-    static void handle(int) { (*ask_.exchange(nullptr))(); }
+    static void handle(int) { (*asks_now.exchange(nullptr))(); }
 
-    static inline std::atomic<const Ask*> ask_{nullptr};
+    static inline std::atomic<const Ask*> asks_now{nullptr};
     struct sigaction before_{};
 };
 
