@@ -1,6 +1,7 @@
 #include "tests/robot/lossy_can.hpp"
 
 #include <gtest/gtest.h>
+#include <memory>
 #include <utility>
 
 /// A robot that is enabled when somebody enables it, or when a link that it lost is back.
@@ -202,6 +203,18 @@ TEST(Enable, AMotorWhoseOwnCableWasOutWhenItWasStoppedHearsOfThatOnceItIsBack)
     }
 }
 
+/// Whether it has been asked for.
+std::shared_ptr<bool> ask_with_the_next_frame(LossyRobot& one)
+{
+    auto asked = std::make_shared<bool>(false);
+    one.losses.of_sent = [&one, asked](const wire::Frame&) {
+        if (!std::exchange(*asked, true))
+            one.robot->request_stop();
+        return false;
+    };
+    return asked;
+}
+
 TEST(Enable, AStopThatIsAskedForWhileLinksComeBackIsNotForgotten)
 {
     LossyRobot one(knee_and_waist);
@@ -209,14 +222,9 @@ TEST(Enable, AStopThatIsAskedForWhileLinksComeBackIsNotForgotten)
     ASSERT_TRUE(one.simulator->set_plugged("of_knee", false));
     EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
     ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
-    bool asked = false;
-    one.losses.of_sent = [&](const wire::Frame&) {
-        if (!std::exchange(asked, true))
-            one.robot->request_stop();
-        return false;
-    };
+    const auto asked = ask_with_the_next_frame(one);
     const auto on = one.robot->enable();
-    ASSERT_TRUE(asked);
+    ASSERT_TRUE(*asked);
     ASSERT_FALSE(on);
     EXPECT_EQ(on.error().code, Errc::stopped);
     EXPECT_EQ(said(one.robot->enable()), "");
@@ -230,14 +238,9 @@ TEST(Enable, AStopThatIsAskedForInAnEnableThatFailsOtherwiseIsToldByTheNext)
         ASSERT_TRUE(one.simulator->set_plugged(bus, false));
     EXPECT_NE(said(one.robot->wait(1s, 10ms)), "");
     ASSERT_TRUE(one.simulator->set_plugged("of_knee", true));
-    bool asked = false;
-    one.losses.of_sent = [&](const wire::Frame&) {
-        if (!std::exchange(asked, true))
-            one.robot->request_stop();
-        return false;
-    };
+    const auto asked = ask_with_the_next_frame(one);
     EXPECT_EQ(one.robot->enable().error().code, Errc::link_lost);
-    ASSERT_TRUE(asked);
+    ASSERT_TRUE(*asked);
     ASSERT_TRUE(one.simulator->set_plugged("of_waist", true));
     const auto on = one.robot->enable();
     ASSERT_FALSE(on);
