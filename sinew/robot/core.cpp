@@ -168,6 +168,11 @@ void Core::let_a_stop_out()
 std::expected<void, Error> Core::read_only()
 {
     let_a_stop_out();
+    if (std::ranges::any_of(joints, &Joint::owes_stop_)) { // to hold, it must be told where it is now
+        for (auto& line : lines)
+            line->plan_first_look();
+        exchange_lines();
+    }
     for (auto& line : lines)
         line->clear();
     const TimePoint begun = clock->now();
@@ -219,17 +224,13 @@ std::expected<void, Error> Core::look_at_all()
 /// After a pause of the program.
 std::expected<void, Error> Core::look_first()
 {
-    bool has_to = false;
-    for (auto& line : lines)
-        has_to |= line->plan_first_look(clock->now());
-    if (!has_to)
+    const TimePoint now = clock->now();
+    if (std::ranges::none_of(lines, [&](const auto& line) { return line->must_look_first(now); }))
         return {};
-    exchange_lines();
-    if (auto fine = look_at_all(); !fine)
-        return fine;
     for (auto& line : lines)
-        line->clear();
-    return {};
+        line->plan_first_look();
+    exchange_lines();
+    return look_at_all();
 }
 
 std::expected<void, Error> Core::cycle()
@@ -262,7 +263,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
     leaving = false;
     pause.leave();
     for (auto& line : lines)
-        line->set_due(next);
+        line->begin_run(next);
     for (;;) {
         TimePoint now = clock->now();
         pause.turn(now);
@@ -293,7 +294,9 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
                 if (!line->has_looked())
                     if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
                         return stop_for(std::move(finding.why));
-                if (!line->plan_first_look(now)) {
+                if (line->must_look_first(now)) {
+                    line->plan_first_look();
+                } else {
                     const Duration own = line->period() > Duration{} ? line->period() : period;
                     line->set_due(line->due() + own * ((now - line->due()) / own + 1));
                     line->plan_cycle(now);
@@ -319,6 +322,18 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
         }
     }
     pause.leave();
+    if (auto ended = end_exchanges(); !ended)
+        return ended;
+    for (auto& line : lines)
+        if (line->has_looked()) { // and has not told what it was to tell
+            line->plan_cycle(clock->now());
+            line->start();
+        }
+    return end_exchanges();
+}
+
+std::expected<void, Error> Core::end_exchanges()
+{
     drive();
     for (auto& line : lines)
         if (line->busy()) {

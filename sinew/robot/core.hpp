@@ -67,6 +67,7 @@ private:
     std::expected<void, Error> look_at(Line& line);
     std::expected<void, Error> look_at_all();
     std::expected<void, Error> look_first();
+    std::expected<void, Error> end_exchanges();
     void exchange_lines();
     std::unexpected<Error> stop_for(Error why);
     /// Once for every thread that drives.

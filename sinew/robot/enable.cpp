@@ -200,10 +200,8 @@ std::expected<void, Error> Core::hold_all()
         return joint.closed_ == nullptr && (joint.answered_at_ < begun || joint.fresh_);
     };
     for (int i = 0; i < most_tries && (i == 0 || std::ranges::any_of(joints, has_to_hear)); ++i) {
-        for (auto& line : lines) {
-            line->clear();
+        for (auto& line : lines)
             line->plan_cycle(clock->now());
-        }
         exchange_lines();
     }
     return look_at_all();

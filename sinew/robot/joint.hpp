@@ -108,6 +108,7 @@ private:
     }
     std::expected<wire::Requests, Error> plan_look(double resolution_rad);
     /// In the units of the actuator.
+    void begin_where_it_is(TimePoint at);
     void went_out(const Command& own, TimePoint at);
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
@@ -213,7 +214,7 @@ private:
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
     Duration interval_{};                    ///< at which it is looked at
-    Duration exchange_{};                    ///< what the latest one of its line took
+    Duration exchange_{};                    ///< what the answers of the latest one of its line took
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {
         TimePoint since{};

@@ -14,6 +14,8 @@ namespace {
 
 /// The loop may have been late; what it was late by is not walked at once.
 constexpr Duration longest_step = std::chrono::milliseconds{50};
+/// Longer than that no line takes for its answers: the program was kept from running.
+constexpr Duration longest_exchange = std::chrono::milliseconds{500};
 
 } // namespace
 
@@ -31,6 +33,8 @@ Command Joint::next(TimePoint at)
         out.duration.reset();
     } else if (command_.mode == Mode::position && command_.duration) {
         rest_of_move(out, at);
+    } else if (out.mode == Mode::position && holds_a_position_) {
+        out.position_rad = guard_.nearest_step_rad(*out.position_rad, at);
     }
     if (out.mode == Mode::position)
         out.position_rad = guard_.nearest_allowed_rad(*out.position_rad, state_);
@@ -102,6 +106,15 @@ void Joint::see_whether_it_turns_freely(TimePoint at)
         may_press_on_ = false;
 }
 
+/// What it was told while nobody had looked for a while, it was told by where it had been.
+void Joint::begin_where_it_is(TimePoint at)
+{
+    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_old(held_.position_rad, at))
+        held_ = raw_;
+    if (command_.mode == Mode::position && holds_a_position_)
+        guard_.catch_up(state_, at);
+}
+
 std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution_rad)
 {
     relief_.clear();
@@ -110,8 +123,7 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
         must_relieve_ = true;
     if (!may_send(at))
         return plan_look(resolution_rad);
-    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_old(held_.position_rad, at))
-        held_ = raw_; // nobody had looked for a while when it was told to hold
+    begin_where_it_is(at);
     const Command command = next(at);
     const Command own = mounting_.to_actuator(command);
     const bool sends = must_send(own, at);
@@ -165,7 +177,7 @@ Mode Joint::holding(bool unseen) const
 /// Nobody has looked for a while: the program did something else, and so may a hand have.
 bool Joint::is_old(const actuator::Measured<double>& place, TimePoint at) const
 {
-    return !place || at - place.at() > doubtful_silence + 2 * exchange_;
+    return !place || at - place.at() > doubtful_silence + 2 * std::min(exchange_, longest_exchange);
 }
 
 bool Joint::is_unplaced(TimePoint at) const

@@ -114,6 +114,7 @@ Finding Line::begin_cycle(TimePoint now)
 
 void Line::plan_cycle(TimePoint now)
 {
+    clear();
     has_looked_ = false;
     prepare_stop();
     const bool grouped = plan_group(now);
@@ -248,31 +249,44 @@ void Line::close_stop()
     bus_->clear_stop();
 }
 
-/// Whether the places of some would be old when they are told where to hold: first they are looked at.
-bool Line::plan_first_look(TimePoint now)
+bool Line::must_look_first(TimePoint now) const
 {
-    const auto must = [&](const Joint* joint) { return joint->is_unplaced(now) && !joint->missing_since_; };
+    return !has_looked_ && std::ranges::any_of(joints_, [&](const Joint* joint) {
+        return joint->is_unplaced(now) && !joint->missing_since_;
+    });
+}
+
+/// All of them: meanwhile the places of the others grow old.
+void Line::plan_first_look()
+{
     clear();
-    if (std::exchange(has_looked_, true) || std::ranges::none_of(joints_, must))
-        return false;
+    has_looked_ = true;
     for (Joint* joint : joints_)
-        if (must(joint))
+        if (joint->holds_a_position_ && !joint->missing_since_)
             (void)plan_read(*joint, Depth::motion);
-    return true;
 }
 
 void Line::start()
 {
-    started_at_ = bus_->clock().now();
     bus_->start(requests(), std::span(results_).first(size_));
     busy_ = true;
+}
+
+/// Those that are missing say nothing of how long it takes to look at all.
+void Line::note_what_answers_took()
+{
+    Duration all{};
+    for (const auto& result : results())
+        if (result.good)
+            all += result.at - result.sent_at;
+    for (Joint* joint : joints_)
+        joint->exchange_ = all;
 }
 
 void Line::absorb(TimePoint now)
 {
     busy_ = false;
-    for (Joint* joint : joints_)
-        joint->exchange_ = now - started_at_;
+    note_what_answers_took();
     const auto wire = bus_->conversation().line();
     for (std::size_t i = 0; i < size_; ++i) {
         const auto& request = requests_[i];

@@ -33,8 +33,9 @@ public:
     std::expected<void, Error> plan_read(Joint& joint, Depth depth);
     /// What a supervisor finds is carried out; a fault is returned, and nothing must be planned then.
     Finding begin_cycle(TimePoint now);
-    /// Before that. Once a cycle: whether there is something to ask.
-    bool plan_first_look(TimePoint now);
+    /// Whether the places of some would be old when they are told where to hold. Once a cycle, before that.
+    bool must_look_first(TimePoint now) const;
+    void plan_first_look();
     bool has_looked() const { return has_looked_; }
     /// The commands of all joints and what they measure, now and then all of it. A joint takes what is planned for
     /// told.
@@ -80,6 +81,11 @@ public:
     Duration period() const { return period_; } ///< 0: as the loop asks
     TimePoint due() const { return due_; }
     void set_due(TimePoint due) { due_ = due; }
+    void begin_run(TimePoint at)
+    {
+        due_ = at;
+        has_looked_ = false;
+    }
 
 private:
     friend class LoadOfLine; // load.cpp
@@ -90,6 +96,7 @@ private:
     Finding judge(Joint& joint, TimePoint now) const;
     bool obey(Joint& joint, const Finding& finding, TimePoint now);
     void look_after(Joint& joint, TimePoint now);
+    void note_what_answers_took();
 
     std::unique_ptr<bus::Bus> bus_;
     Duration period_{};
@@ -100,7 +107,6 @@ private:
     Duration interval_{};
     bool busy_ = false;
     bool has_looked_ = false; ///< for the cycle that comes
-    TimePoint started_at_{};  ///< the latest exchange
     bool owes_stop_ = false;
     std::uint64_t losses_ = 0;
     std::vector<Joint*> joints_;

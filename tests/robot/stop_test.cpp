@@ -85,6 +85,54 @@ TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
     }
 }
 
+/// Not to where it was, though that is where it is sent.
+TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedIsLedFromWhereItIs)
+{
+    for (const bool at_once : {false, true})
+        for (const int cycles : {1, 10}) {
+            Rig rig(file_of(servo_by_hand + std::string("velocity_max_deg_s = 20\n")));
+            rig.enable();
+            ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
+            for (int i = 0; i < cycles; ++i) {
+                ASSERT_EQ(said(rig.robot->cycle()), "");
+                rig.simulator->clock().wait({}, rig.now() + 10ms);
+            }
+            const double before = *rig.robot->find("arm")->state().position_rad;
+            guide_by_hand(rig, 400ms);
+            const double guided = rig.truth_rad("arm");
+            ASSERT_GT(std::abs(guided - before), units::rad(20));
+            Command back{.mode = Mode::position, .position_rad = before};
+            if (!at_once)
+                back.velocity_rad_s = units::rad(20);
+            ASSERT_EQ(said(rig.robot->set("arm", back)), "");
+            ASSERT_EQ(said(rig.run(500ms)), "");
+            const double way_deg = units::deg(std::abs(rig.truth_rad("arm") - guided));
+            EXPECT_LT(way_deg, 12.0) << at_once << " after " << cycles;
+            EXPECT_GT(way_deg, 5.0) << at_once << " after " << cycles << ": it goes there all the same";
+        }
+}
+
+/// It takes long to look at all of them.
+TEST(Stop, ManyServosOnABusThatIsReadSeldomAreAllLed)
+{
+    std::string text = "version = 1\n[bus.s]\nfamily = \"sam\"\nbit_rate = 57600\nrate_hz = 5\n";
+    for (int id = 0; id < 16; ++id)
+        text += fmt::format("[joint.j{0}]\nbus = \"s\"\nid = {0}\nmodel = \"SAM-20\"\nvelocity_max_deg_s = 60\n", id);
+    Rig rig(file_of(text));
+    rig.enable();
+    for (Joint& joint : rig.robot->joints())
+        ASSERT_EQ(said(joint.set({.mode = Mode::position,
+                                  .position_rad = *joint.state().position_rad + units::rad(15),
+                                  .velocity_rad_s = units::rad(30)})),
+                  "");
+    std::vector<double> from;
+    for (Joint& joint : rig.robot->joints())
+        from.push_back(rig.truth_rad(joint));
+    ASSERT_EQ(said(rig.run(5s)), "");
+    for (std::size_t i = 0; i < from.size(); ++i)
+        EXPECT_NEAR(units::deg(rig.truth_rad(rig.robot->joints()[i]) - from[i]), 15.0, 1.0) << i;
+}
+
 /// A program that waited too long for something, in the middle of a move.
 TEST(Stop, AServoWhoseProgramPausedIsHeldAndNotBrakedForGood)
 {
