@@ -170,7 +170,7 @@ std::expected<void, Error> Core::read_only()
     let_a_stop_out();
     if (std::ranges::any_of(joints, &Joint::owes_stop_)) { // to hold, it must be told where it is now
         for (auto& line : lines)
-            line->plan_first_look();
+            line->plan_first_look(clock->now());
         exchange_lines();
     }
     for (auto& line : lines)
@@ -228,7 +228,7 @@ std::expected<void, Error> Core::look_first()
     if (std::ranges::none_of(lines, [&](const auto& line) { return line->must_look_first(now); }))
         return {};
     for (auto& line : lines)
-        line->plan_first_look();
+        line->plan_first_look(now);
     exchange_lines();
     return look_at_all();
 }
@@ -295,7 +295,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
                     if (auto finding = line->begin_cycle(now); finding.measure != Measure::none)
                         return stop_for(std::move(finding.why));
                 if (line->must_look_first(now)) {
-                    line->plan_first_look();
+                    line->plan_first_look(now);
                 } else {
                     const Duration own = line->period() > Duration{} ? line->period() : period;
                     line->set_due(line->due() + own * ((now - line->due()) / own + 1));
@@ -325,7 +325,7 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
     if (auto ended = end_exchanges(); !ended)
         return ended;
     for (auto& line : lines)
-        if (line->has_looked()) { // and has not told what it was to tell
+        if (enabled && line->has_looked()) { // and has not told what it was to tell
             line->plan_cycle(clock->now());
             line->start();
         }

@@ -209,6 +209,8 @@ private:
     bool is_heard_again_ = false; ///< it answered the last look, and not the one before
     bool is_given_up_ = false;
 
+    bool begins_anew_ = false; ///< where it is had not been looked at for a while
+
     State raw_{}, state_{};
     TimePoint answered_at_{};
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet

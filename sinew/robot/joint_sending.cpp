@@ -109,9 +109,11 @@ void Joint::see_whether_it_turns_freely(TimePoint at)
 /// What it was told while nobody had looked for a while, it was told by where it had been.
 void Joint::begin_where_it_is(TimePoint at)
 {
-    if (command_.mode == Mode::hold && planned_.mode != Mode::hold && is_old(held_.position_rad, at))
+    if (!std::exchange(begins_anew_, false))
+        return;
+    if (command_.mode == Mode::hold && planned_.mode != Mode::hold)
         held_ = raw_;
-    if (command_.mode == Mode::position && holds_a_position_)
+    if (command_.mode == Mode::position)
         guard_.catch_up(state_, at);
 }
 
@@ -121,8 +123,10 @@ std::expected<wire::Requests, Error> Joint::plan(TimePoint at, double resolution
     see_whether_it_turns_freely(at);
     if (command_.mode == Mode::hold && has_met_something())
         must_relieve_ = true;
-    if (!may_send(at))
+    if (!may_send(at)) {
+        begins_anew_ = begins_anew_ || is_unplaced(at);
         return plan_look(resolution_rad);
+    }
     begin_where_it_is(at);
     const Command command = next(at);
     const Command own = mounting_.to_actuator(command);

@@ -257,13 +257,15 @@ bool Line::must_look_first(TimePoint now) const
 }
 
 /// All of them: meanwhile the places of the others grow old.
-void Line::plan_first_look()
+void Line::plan_first_look(TimePoint now)
 {
     clear();
     has_looked_ = true;
     for (Joint* joint : joints_)
-        if (joint->holds_a_position_ && !joint->missing_since_)
+        if (joint->holds_a_position_ && !joint->missing_since_) {
+            joint->begins_anew_ = joint->begins_anew_ || joint->is_unplaced(now);
             (void)plan_read(*joint, Depth::motion);
+        }
 }
 
 void Line::start()

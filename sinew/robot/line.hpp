@@ -35,7 +35,7 @@ public:
     Finding begin_cycle(TimePoint now);
     /// Whether the places of some would be old when they are told where to hold. Once a cycle, before that.
     bool must_look_first(TimePoint now) const;
-    void plan_first_look();
+    void plan_first_look(TimePoint now);
     bool has_looked() const { return has_looked_; }
     /// The commands of all joints and what they measure, now and then all of it. A joint takes what is planned for
     /// told.

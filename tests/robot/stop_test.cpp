@@ -112,6 +112,22 @@ TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedIsLedFromWhereItIs)
         }
 }
 
+/// Which is no pause.
+TEST(Stop, AStreamThatBeginsAtABrakedServoGoesOutAsItIs)
+{
+    Rig rig(file_of(servo_by_hand + std::string("velocity_max_deg_s = 60\n")));
+    rig.enable();
+    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
+    ASSERT_EQ(said(rig.run(100ms)), "");
+    const double from = *rig.robot->find("arm")->state().position_rad;
+    for (int i = 1; i <= 50; ++i) {
+        ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::position, .position_rad = from + i * units::rad(0.55)})),
+                  "")
+            << i;
+        ASSERT_EQ(said(rig.run(10ms)), "");
+    }
+}
+
 /// It takes long to look at all of them.
 TEST(Stop, ManyServosOnABusThatIsReadSeldomAreAllLed)
 {
