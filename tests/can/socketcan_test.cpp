@@ -86,24 +86,32 @@ TEST_F(SocketCan, HearsTheIdentifiersInUseOnly)
     EXPECT_TRUE(is_silent(filtered));
 }
 
-TEST_F(SocketCan, EachFrameHasTheTimeAtWhichItCame)
+/// Whether three frames that are read later have the times at which they came. Two clocks are read one after the other
+/// to convert: a little more than the moment of sending is right.
+bool have_their_times(SocketCanLink& from, SocketCanLink& to, Clock& clock)
 {
     std::array<std::pair<TimePoint, TimePoint>, 3> sent;
     for (auto& [before, after] : sent) {
         before = clock.now();
-        ASSERT_TRUE(two->write({{frame(0x141)}}));
+        EXPECT_TRUE(from.write({{frame(0x141)}}));
         after = clock.now();
         clock.wait({}, after + 20ms);
     }
+    bool fine = true;
     for (const auto& [before, after] : sent) {
         wire::Frame heard;
-        const auto arrival = one->read({&heard, 1});
-        ASSERT_TRUE(arrival);
-        ASSERT_EQ(arrival->count, 1u);
-        // Two clocks are read one after the other to convert: a little more than the moment of sending is right.
-        EXPECT_GE(arrival->at, before - 1ms);
-        EXPECT_LE(arrival->at, after + 1ms);
+        const auto arrival = to.read({&heard, 1});
+        fine = fine && arrival && arrival->count == 1 && arrival->at >= before - 1ms && arrival->at <= after + 1ms;
     }
+    return fine && is_silent(to);
+}
+
+/// The kernel begins to stamp a moment after the first socket has asked for it, and a guest stands still now and then.
+TEST_F(SocketCan, EachFrameHasTheTimeAtWhichItCame)
+{
+    const TimePoint end = clock.now() + patience;
+    while (!have_their_times(*two, *one, clock))
+        ASSERT_LT(clock.now(), end);
 }
 
 TEST_F(SocketCan, AWallClockThatIsSetMeanwhileDoesNotThrowTheTimeOff)
