@@ -23,13 +23,13 @@ public:
 };
 using MakeCause = std::unique_ptr<Cause> (*)(WireClock&);
 
-template <void (*asker)(const test::Ask&)>
+template <void (*Asker)(const test::Ask&)>
 std::unique_ptr<Cause> asked(WireClock&)
 {
     struct Asked final : Cause {
         void happen(bus::Bus& bus) override
         {
-            asker([&] { bus.request_stop(); });
+            Asker([&] { bus.request_stop(); });
         }
     };
     return std::make_unique<Asked>();
