@@ -1,4 +1,4 @@
-#include "tests/bus/matching.hpp"
+#include "tests/bus/matching_rmd.hpp"
 
 /// Whatever happens on the wire, a call returns the data of the device and the message that it asked, and says so when
 /// they may be older. Every fault is on.

@@ -1,5 +1,5 @@
 #include "sinew/bus/agree.hpp"
-#include "tests/bus/matching.hpp"
+#include "tests/bus/matching_rmd.hpp"
 
 /// What nobody can tell from the bytes: measured beside what docs/guide/residual-risk.md computes.
 namespace sinew::tests {

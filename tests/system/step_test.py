@@ -5,13 +5,13 @@ import subprocess
 import tempfile
 import unittest
 
-from support import PATIENCE, SINEW, SOURCE, as_json, environment, sinew
+from support import PATIENCE, SINEW, SOURCE, Refusing, as_json, environment, sinew
 
 STEP = ["sim", "step", os.path.join(SOURCE, "robots", "step.toml"), "--joint", "elbow", "--to", "30deg", "--from", "0deg",
         "--for", "1500ms"]
 
 
-class Step(unittest.TestCase):
+class Step(Refusing):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
@@ -20,11 +20,7 @@ class Step(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def refused(self, words, code, *parts):
-        done = sinew(*words, code=code)
-        self.assertEqual(done.stdout, "")
-        self.assertRegex(done.stderr, r"^sinew: [^\n]+\n$", "not one sentence")
-        for part in parts:
-            self.assertIn(part, done.stderr)
+        super().refused(words, code, *parts)
         self.assertEqual(os.listdir(self.folder.name), [], "nothing is left of what was refused")
 
     def test_the_figures_are_those_of_the_gains(self):
