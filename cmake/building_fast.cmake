@@ -7,8 +7,8 @@
 # program, and the command as well, so that only the rooms they look at are optimised.
 
 function(sinew_precompiled name)
-    file(TOUCH ${CMAKE_BINARY_DIR}/precompiled.cpp)
-    add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+    file(TOUCH ${PROJECT_BINARY_DIR}/precompiled.cpp)
+    add_library(${name} OBJECT ${PROJECT_BINARY_DIR}/precompiled.cpp)
     target_link_libraries(${name} PRIVATE sinew_flags fmt::fmt)
     target_compile_options(${name} PRIVATE ${ARGN})
     set(headers <algorithm> <array> <charconv> <chrono> <cmath> <expected> <filesystem> <fstream> <functional> <map> <memory>
@@ -23,7 +23,7 @@ endfunction()
 
 function(sinew_build_fast_below folder)
     get_directory_property(targets DIRECTORY ${folder} BUILDSYSTEM_TARGETS)
-    cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE place)
+    cmake_path(RELATIVE_PATH folder BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE place)
     foreach(target IN LISTS targets)
         get_target_property(type ${target} TYPE)
         if(NOT type MATCHES "EXECUTABLE|STATIC_LIBRARY")
@@ -58,5 +58,5 @@ function(sinew_build_fast)
             sinew_precompiled(sinew_precompiled_plain -O0)
         endif()
     endif()
-    sinew_build_fast_below(${CMAKE_SOURCE_DIR})
+    sinew_build_fast_below(${PROJECT_SOURCE_DIR})
 endfunction()

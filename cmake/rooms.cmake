@@ -1,5 +1,5 @@
 # Counts what a program asks of the heap. A library of its own: whoever links it has its operator new.
-add_library(sinew_allocations STATIC ${CMAKE_SOURCE_DIR}/tests/support/allocations.cpp)
+add_library(sinew_allocations STATIC ${PROJECT_SOURCE_DIR}/tests/support/allocations.cpp)
 target_link_libraries(sinew_allocations PUBLIC sinew_flags)
 
 # sinew_room(NAME FOLDER LINK <rooms or targets…> [PRIVATE <targets…>])
@@ -13,7 +13,7 @@ function(sinew_room name folder)
     if(name STREQUAL "family")
         set(glob GLOB_RECURSE)
     endif()
-    file(${glob} sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cpp)
+    file(${glob} sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
     set(tests ${sources})
     list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
     list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
