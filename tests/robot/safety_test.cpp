@@ -2,8 +2,12 @@
 #include "sinew/sim/fault.hpp"
 #include "tests/robot/rig.hpp"
 
+#include <algorithm>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 /// Limits and stops hold whatever the program does.
@@ -169,6 +173,36 @@ TEST(Safety, ALostLinkStopsTheOtherBuses)
     ASSERT_TRUE(rig.simulator->set_plugged("left", true));
     rig.enable();
     EXPECT_TRUE(rig.run(200ms).has_value());
+}
+
+TEST(Safety, ALinkLostAmidACycleStopsASlowerBusWithItsNextFrame)
+{
+    std::string text = "version = 1\n";
+    for (const std::string bus : {"a", "b"}) {
+        text += fmt::format("[bus.{}]\nfamily = \"nuri\"\nbit_rate = 9600\n", bus);
+        for (int id = 1; id <= 4; ++id)
+            text += fmt::format("[joint.{}{}]\nbus = \"{}\"\nid = {}\nmodel = \"RSA\"\n", bus, id, bus, id);
+    }
+    Rig rig(file_of(text));
+    rig.enable();
+    for (const auto* joint : {"b1", "b2", "b3", "b4"})
+        ASSERT_EQ(said(rig.robot->set(joint, {.mode = Mode::velocity, .velocity_rad_s = 0.1})), "");
+    ASSERT_EQ(said(rig.robot->cycle()), "");
+    // What leaves for the slower bus in a cycle with whose first request the plug of the other is pulled.
+    constexpr std::uint8_t ask_for_feedback = 0xA1;
+    std::vector<std::uint8_t> commands;
+    rig.robot->buses()[1]->set_tap([&](const bus::Tapped& tapped) {
+        if (tapped.verdict != bus::Verdict::sent)
+            return;
+        commands.push_back(tapped.bytes[5]);
+        if (commands.size() == 1) {
+            EXPECT_TRUE(rig.simulator->set_plugged("a", false));
+        }
+    });
+    EXPECT_EQ(rig.robot->cycle().error().code, Errc::link_lost);
+    ASSERT_GE(commands.size(), 5U);
+    EXPECT_EQ(std::ranges::count(std::span(commands).first(5), ask_for_feedback), 0)
+        << "the states of its four joints were still asked for before they were stopped";
 }
 
 TEST(Safety, AnArmThatWasMovedByHandWhileItsLinkWasLostDoesNotLeapBack)
