@@ -78,10 +78,27 @@ std::expected<std::uint32_t, Error> Bus::set_bit_rate(std::uint32_t bit_rate)
     return set;
 }
 
-void Bus::set_stop(std::span<const wire::Request> requests)
+void Bus::set_stop(std::span<const wire::Request> requests, TimePoint until, std::span<const wire::Request> later)
 {
+    const std::size_t most = std::max(requests.size(), later.size());
+    for (auto* all : {&stop_requests_, &later_stop_requests_})
+        all->reserve(most); // a cycle changes one for the other
     stop_requests_.assign(requests.begin(), requests.end());
-    stop_results_.assign(requests.size(), {});
+    later_stop_requests_.assign(later.begin(), later.end());
+    stop_until_ = until;
+    stop_results_.assign(most, {});
+    stop_size_ = requests.size();
+}
+
+StopBound Bus::stop_bound(std::span<const wire::Request> running) const
+{
+    StopBound bound = predict_stop(conversation_.line(), running, stop_requests_);
+    if (stop_until_ != TimePoint::max()) {
+        const StopBound later = predict_stop(conversation_.line(), running, later_stop_requests_);
+        bound = {std::max(bound.begins, later.begins), std::max(bound.first, later.first),
+                 std::max(bound.ends, later.ends)};
+    }
+    return bound;
 }
 
 void Bus::request_stop() noexcept
@@ -126,7 +143,9 @@ void Bus::obey_stop()
         return;
     }
     stop_begun_ = true;
-    conversation_.begin_stop(stop_requests_, stop_results_);
+    const auto& requests = clock_.now() > stop_until_ ? later_stop_requests_ : stop_requests_;
+    stop_size_ = requests.size();
+    conversation_.begin_stop(requests, std::span(stop_results_).first(stop_size_));
 }
 
 void Bus::start(std::span<const wire::Request> requests, std::span<Result> results)

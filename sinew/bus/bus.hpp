@@ -67,8 +67,11 @@ public:
     // ---- the stop ----
 
     /// What goes out when a stop is asked for, in this order: a broadcast first where the family has one, then each
-    /// device. Nothing yet: a stop only ends what runs. Not while an exchange runs; asks the heap.
-    void set_stop(std::span<const wire::Request> requests);
+    /// device. Nothing yet: a stop only ends what runs. One that begins after `until` sends `later` in their place:
+    /// what names where a shaft was is not true for ever. Not while an exchange runs; asks the heap for more than
+    /// before.
+    void set_stop(std::span<const wire::Request> requests, TimePoint until = TimePoint::max(),
+                  std::span<const wire::Request> later = {});
     /// Ends what runs at the next frame boundary with `stopped`, sends the stop requests, and ends every later exchange
     /// at once until `clear_stop`. Whoever drives the bus carries it out, if nobody does the next `drive` or
     /// `exchange`. May be called from any thread and from a signal handler.
@@ -76,15 +79,12 @@ public:
     /// The same from the thread that drives, and returns when it is carried out.
     void stop();
     /// How the stop requests ended: a good result is the device's own word.
-    std::span<const Result> stop_results() const { return stop_results_; }
+    std::span<const Result> stop_results() const { return std::span(stop_results_).first(stop_size_); }
     void clear_stop() noexcept;
     /// Losing the link of this bus stops these, which must outlive it.
     void stop_when_lost(std::vector<Bus*> others) { stopped_with_ = std::move(others); }
     /// How late a stop is at worst, counted from `request_stop`, while `running` is exchanged; without the host's time.
-    StopBound stop_bound(std::span<const wire::Request> running) const
-    {
-        return predict_stop(conversation_.line(), running, stop_requests_);
-    }
+    StopBound stop_bound(std::span<const wire::Request> running) const;
 
     // ---- the link ----
 
@@ -203,8 +203,10 @@ private:
     std::atomic<bool> stop_{false};
     bool stop_begun_ = false;
     int stop_event_ = -1;
-    std::vector<wire::Request> stop_requests_;
+    std::vector<wire::Request> stop_requests_, later_stop_requests_;
+    TimePoint stop_until_ = TimePoint::max();
     std::vector<Result> stop_results_;
+    std::size_t stop_size_ = 0; // of those of the stop that began last
     std::vector<Bus*> stopped_with_;
 
     bool ended_by_loss_ = false; // the latest exchange

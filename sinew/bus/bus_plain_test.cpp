@@ -3,6 +3,7 @@
 
 #include <array>
 #include <gtest/gtest.h>
+#include <span>
 #include <vector>
 
 /// One request that one device is to answer: what its usual way does to the link, and where it has to leave it.
@@ -31,6 +32,23 @@ TEST(BusPlain, IsOneWriteOneWaitAndOneRead)
     EXPECT_EQ(line.link.writes, 1);
     EXPECT_EQ(line.clock.waits, 1);
     EXPECT_EQ(line.link.reads, 1);
+}
+
+TEST(BusPlain, AnAnswerThatIsReadLongAfterItsDeadlineHadComeByThen)
+{
+    const auto read = *wire::make_request(3, fake::Read{});
+    for (const std::size_t count : {1U, 2U}) { // its usual way, and the other
+        Bytes line(framed);
+        line.link.answers = {{0x55, 3, 1, 42}, {0x55, 3, 1, 42}};
+        line.link.reads_late_by = 3s;
+        const std::array requests{read, read};
+        std::array<Result, 2> results;
+        ASSERT_TRUE(line.bus.exchange(std::span(requests).first(count), std::span(results).first(count)).has_value());
+        for (const auto& result : std::span(results).first(count)) {
+            EXPECT_TRUE(result.good);
+            EXPECT_EQ(result.at, result.deadline);
+        }
+    }
 }
 
 TEST(BusPlain, ReadsOnceMoreBeforeItWhereRepliesAreBare)

@@ -4,6 +4,7 @@
 #include "sinew/link/virtual.hpp"
 #include "tests/support/allocations.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <thread>
@@ -265,6 +266,32 @@ TEST(Bus, AStopGoesOutAgainAfterItWasCleared)
         EXPECT_EQ(rig.responder.heard.size(), times * stop.frame.size);
         rig.bus->clear_stop();
     }
+}
+
+TEST(Bus, AStopThatBeginsAfterItsTimeSendsWhatIsRightThen)
+{
+    JumpingClock clock;
+    Rig rig(clock);
+    auto hold = *wire::make_request(3, fake::Set{.value = 1}), brake = *wire::make_request(3, fake::Set{.value = 2});
+    hold.answered = brake.answered = false;
+    const std::array braked_twice{brake, brake};
+    const auto sent = [&] { return std::exchange(rig.responder.heard, {}); };
+    const auto bytes = [](const wire::Request& request) {
+        return std::vector(request.frame.bytes().begin(), request.frame.bytes().end());
+    };
+    rig.bus->set_stop({&hold, 1}, clock.now() + 100ms, braked_twice);
+    rig.bus->stop();
+    EXPECT_EQ(sent(), bytes(hold));
+    EXPECT_EQ(rig.bus->stop_results().size(), 1U);
+    rig.bus->clear_stop();
+    rig.bus->set_stop({&hold, 1}, clock.now() - 1ms, braked_twice);
+    rig.bus->stop();
+    auto twice = bytes(brake);
+    twice.insert(twice.end(), twice.begin(), twice.begin() + brake.frame.size);
+    EXPECT_EQ(sent(), twice);
+    EXPECT_EQ(rig.bus->stop_results().size(), 2U);
+    EXPECT_GT(rig.bus->stop_bound({}).ends, predict_stop(rig.bus->conversation().line(), {}, {&hold, 1}).ends)
+        << "of the longer one";
 }
 
 TEST(Bus, AnExchangeThatBeginsDoesNotEndAStopThatIsOnItsWay)

@@ -159,6 +159,7 @@ private:
     inline bool accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
     bool accept_from_one(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
     void finish_unanswered(const wire::Request& request, TimePoint at);
+    static inline TimePoint arrival(const Result& result, TimePoint read_at);
     inline void finish(const wire::Request& request, Result& result, TimePoint at);
     void time_out(const wire::Request& request, Result& result, TimePoint now);
     void give_up(const wire::Request& request, Result& result, Errc why, TimePoint now);

@@ -79,11 +79,18 @@ namespace sinew::bus {
     margin_ = Duration{std::min(wanted, settings_.margin_most.count())};
 }
 
+/// What is read after its deadline was waited for no longer: it was there by then, and nobody looked. Where it says
+/// what a device was like, that is at least so old.
+[[gnu::always_inline]] inline TimePoint Conversation::arrival(const Result& result, TimePoint read_at)
+{
+    return std::min(read_at, result.deadline);
+}
+
 [[gnu::always_inline]] inline void Conversation::finish(const wire::Request& request, Result& result, TimePoint at)
 {
     result.stage = Result::Stage::done;
     result.good = true;
-    result.at = at;
+    result.at = arrival(result, at);
     --open_;
     if (!request.answered) [[unlikely]]
         return finish_unanswered(request, at);
@@ -169,7 +176,7 @@ template <bool IsCan>
     result.stage = Result::Stage::done;
     result.reply_count = 1;
     result.good = true;
-    result.at = at;
+    result.at = arrival(result, at);
     note_answer(request, result, 1, own, at);
     return true;
 }

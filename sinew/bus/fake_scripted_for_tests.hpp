@@ -74,7 +74,7 @@ public:
         const Piece piece = next_of(pieces, {});
         EXPECT_LE(piece.items.size(), into.size());
         std::ranges::copy(piece.items, into.begin());
-        return link::Arrival{.count = piece.items.size(), .at = piece.at, .more = piece.more};
+        return link::Arrival{.count = piece.items.size(), .at = piece.at + reads_late_by, .more = piece.more};
     }
     int handle() const override { return -1; }
     link::LinkState state() const override { return {.open = !is_gone, .bit_rate = 100'000}; }
@@ -92,6 +92,7 @@ public:
     std::deque<std::vector<Item>> answers;
     std::deque<Piece> pieces; ///< on their way
     std::vector<std::vector<Item>> written;
+    Duration reads_late_by{}; ///< as it says, which is when it was read
     bool is_gone = false;
     bool refuses = false; ///< what is written, and stays open
     int writes = 0;

@@ -261,7 +261,6 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
     ask_for_real_time();
     TimePoint next = clock->now();
     leaving = false;
-    pause.leave();
     for (auto& line : lines)
         line->begin_run(next);
     for (;;) {
@@ -321,7 +320,6 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             clock->wait(std::span(handles).first(count), wake);
         }
     }
-    pause.leave();
     if (auto ended = end_exchanges(); !ended)
         return ended;
     for (auto& line : lines)
@@ -329,7 +327,9 @@ std::expected<void, Error> Core::run(Duration period, const std::function<bool()
             line->plan_cycle(clock->now());
             line->start();
         }
-    return end_exchanges();
+    auto ended = end_exchanges();
+    pause.begin(clock->now());
+    return ended;
 }
 
 std::expected<void, Error> Core::end_exchanges()

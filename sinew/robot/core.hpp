@@ -93,8 +93,8 @@ private:
     std::expected<void, Error> hand_over(std::size_t line);
     std::expected<void, Error> hand_over();
     std::expected<void, Error> heed_the_guardian();
-    void tell_the_guardian(const Line& line);
-    void tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes); ///< empty: nobody was asked
+    void tell_the_guardian(Line& line);
+    void tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes);
     void show_life();
     void drive();
     void rest();

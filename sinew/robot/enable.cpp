@@ -176,6 +176,9 @@ std::expected<void, Error> Core::enable()
     }
     if (done.error().code == Errc::stopped)
         stop_asked_.store(false); // it is told
+    for (auto& line : lines)
+        if (!line->owes_stop())
+            line->bus().set_stop({}); // nothing was driven
     return done;
 }
 
@@ -232,7 +235,6 @@ std::expected<void, Error> Core::read_where_they_are()
 /// Nothing is driven by that.
 std::expected<void, Error> Core::look_before_enabling()
 {
-    pause.leave();
     if (auto back = bring_links_back(); !back)
         return back;
     if (auto fine = check_no_stop(); !fine)
@@ -307,6 +309,7 @@ std::expected<void, Error> Core::take_hold()
     }
     fault.reset();
     enabled = true;
+    pause.begin(clock->now());
     return {};
 }
 

@@ -97,7 +97,8 @@ void write_stop(Bus& bus, const link::AnyLink& link, const StopFrames& frames)
     Stop& stop = bus.stop(written);
     // Whoever sees a part of this one knows that the one before is out.
     std::atomic_thread_fence(std::memory_order_release);
-    stop.written_ns = Duration(std::chrono::steady_clock::now().time_since_epoch()).count();
+    const Duration now = std::chrono::steady_clock::now().time_since_epoch();
+    stop.seen_until_ns = (now + std::min(frames.seen_for, Duration::max() - now)).count();
     write_pieces(stop.seen, link, frames.seen);
     write_pieces(stop.unseen, link, frames.unseen);
     bus.written.store(written, std::memory_order_release);

@@ -31,8 +31,9 @@ struct StoppedBus {
 
 /// What stops the motors of one bus, ready-made.
 struct StopFrames {
-    std::span<const wire::Request> seen;   ///< while the last `update` is no older than 0.1 s
+    std::span<const wire::Request> seen;   ///< so long from then on
     std::span<const wire::Request> unseen; ///< later: nothing in them may name a place where a motor was
+    Duration seen_for{};
 };
 
 /// A small process that outlives the program it watches, for the ways out on which a program can do nothing any more:

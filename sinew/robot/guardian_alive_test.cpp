@@ -29,7 +29,7 @@ TEST(GuardianTest, AProgramThatHangsGetsTheFramesForMotorsThatNobodySees)
 {
     const Wire wire;
     const std::array hold{stop_of(1)}, brake{stop_of(2)};
-    Program program(wire, StopFrames{.seen = hold, .unseen = brake}, hang, {.patience = 150ms});
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake, .seen_for = a_moment}, hang, {.patience = 150ms});
     const auto all = times(3, brake);
     EXPECT_EQ(wire.read(all.size()), all);
 }
@@ -42,7 +42,7 @@ TEST(GuardianTest, AProgramThatWritesOtherFramesDuringAStopTakesNoneOfItAway)
     for (int id = 1; id <= 30; ++id)
         long_stop.push_back(stop_of(id));
     const std::array short_stop{stop_of(1)};
-    Program program(wire, StopFrames{.seen = long_stop, .unseen = long_stop},
+    Program program(wire, StopFrames{.seen = long_stop, .unseen = long_stop, .seen_for = a_moment},
                     [&](Program::Inside inside) {
                         sigset_t awaited;
                         ::sigemptyset(&awaited);
@@ -52,7 +52,8 @@ TEST(GuardianTest, AProgramThatWritesOtherFramesDuringAStopTakesNoneOfItAway)
                         int signal = 0;
                         ::sigwait(&awaited, &signal);
                         for (;;)
-                            inside.guardian.update(0, inside.link, {.seen = short_stop, .unseen = short_stop});
+                            inside.guardian.update(0, inside.link,
+                                                   {.seen = short_stop, .unseen = short_stop, .seen_for = a_moment});
                     },
                     {.patience = 50ms});
     const auto all = times(3, long_stop);
@@ -67,7 +68,7 @@ TEST(GuardianTest, AHungProgramIsStoppedFromElsewhereByTheFramesForMotorsThatNob
 {
     const Wire wire;
     const std::array hold{stop_of(1)}, brake{stop_of(2)};
-    Program program(wire, StopFrames{.seen = hold, .unseen = brake}, forever);
+    Program program(wire, StopFrames{.seen = hold, .unseen = brake, .seen_for = a_moment}, forever);
     ASSERT_TRUE(stop_program(program.pid()));
     const auto all = times(3, brake);
     EXPECT_EQ(wire.read(all.size()), all);
@@ -102,7 +103,7 @@ struct SlowStop {
         robot.emplace(Robot::open(file.value(), link::Links::system(), clock, options).value());
         link.emplace(link::Links::system().open(guarded.uri, clock).value());
         const std::array stop{stop_of(1)};
-        EXPECT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop}));
+        EXPECT_TRUE(guardian->watch(1, guarded.uri, *link, {.seen = stop, .unseen = stop, .seen_for = a_moment}));
         guardian->beat();
     }
 };

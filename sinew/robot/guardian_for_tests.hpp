@@ -20,6 +20,7 @@
 namespace sinew::robot::test {
 
 inline constexpr int patience_ms = 20'000; // for a machine that has other work
+inline constexpr Duration a_moment = std::chrono::milliseconds(100);
 
 /// A serial line: the wire is the master, what programs open is behind `link`.
 struct Wire {
@@ -86,7 +87,7 @@ public:
 
     Program(const Wire& wire, std::span<const wire::Request> stop, const std::function<void(Inside)>& life,
             Guardian::Settings settings = {})
-        : Program(wire, StopFrames{.seen = stop, .unseen = stop}, life, settings)
+        : Program(wire, StopFrames{.seen = stop, .unseen = stop, .seen_for = a_moment}, life, settings)
     {
     }
     Program(const Wire& wire, const StopFrames& stop, const std::function<void(Inside)>& life,

@@ -25,9 +25,9 @@ struct Pieces {
     std::array<Piece, most_pieces> all{};
 };
 
-/// What stops one bus, and when it was written.
+/// What stops one bus.
 struct Stop {
-    std::int64_t written_ns = 0; ///< of the steady clock, which both processes share
+    std::int64_t seen_until_ns = 0; ///< of the steady clock, which both processes share
     Pieces seen, unseen;
 };
 

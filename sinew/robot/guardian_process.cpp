@@ -27,7 +27,6 @@ constexpr auto beat_period = 100ms;
 constexpr auto time_to_obey = 200ms; // for a program that is asked to stop
 constexpr auto time_to_ask = 3s;     // for it to find out who obeyed, behind its frames
 static_assert(time_to_ask > longest_rest + rest_after_relief);
-constexpr auto seen_lately = 100ms;   // so old a place may be where a motor is told to hold
 constexpr auto bus_time = 100ms;      // for a descriptor that takes no more
 constexpr int rounds = 3;             // a frame may meet another one, or end half a frame that the program began
 constexpr int most_tries = 8;         // to take frames that a program which lives writes meanwhile
@@ -235,7 +234,7 @@ private:
         const Bus& bus = memory_.buses[i];
         const auto written = bus.written.load(std::memory_order_acquire);
         const Stop& stop = bus.stop(written);
-        const bool unseen = now - Duration(stop.written_ns) > seen_lately;
+        const bool unseen = now > Duration(stop.seen_until_ns);
         frames_[i] = unseen ? stop.unseen : stop.seen;
         std::atomic_thread_fence(std::memory_order_acquire);
         return bus.written.load(std::memory_order_relaxed) == written;

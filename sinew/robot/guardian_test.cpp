@@ -68,7 +68,7 @@ TEST(GuardianTest, TheFramesOfTheLastUpdateAreSent)
     Program program(wire, stop, [](Program::Inside inside) {
         for (int id = 2; id <= 9; ++id) {
             const std::array other{stop_of(id)};
-            inside.guardian.update(0, inside.link, {.seen = other, .unseen = other});
+            inside.guardian.update(0, inside.link, {.seen = other, .unseen = other, .seen_for = a_moment});
         }
         ::_exit(0);
     });
@@ -94,14 +94,24 @@ TEST(GuardianTest, AProgramThatDiesWhileItLooksGetsTheFramesForMotorsThatAreSeen
     std::vector<std::uint8_t> said;
     for (int i = 0; i < most_tries && said != times(3, hold); ++i) {
         const Wire wire;
-        Program program(wire, StopFrames{.seen = hold, .unseen = brake}, [&](Program::Inside inside) {
-            inside.guardian.update(0, inside.link, {.seen = hold, .unseen = brake});
-            ::_exit(0);
-        });
+        Program program(
+            wire, StopFrames{.seen = hold, .unseen = brake, .seen_for = a_moment}, [&](Program::Inside inside) {
+                inside.guardian.update(0, inside.link, {.seen = hold, .unseen = brake, .seen_for = a_moment});
+                ::_exit(0);
+            });
         said = wire.read_to_end();
         EXPECT_TRUE(said == times(3, hold) || said == times(3, brake));
     }
     EXPECT_EQ(said, times(3, hold));
+}
+
+TEST(GuardianTest, FramesWhosePlacesWereOldWhenTheyWereWrittenAreNotSent)
+{
+    const Wire wire;
+    const std::array hold{stop_of(1)}, brake{stop_of(2)};
+    const StopFrames old{.seen = hold, .unseen = brake, .seen_for = -std::chrono::milliseconds(1)};
+    Program program(wire, old, [](Program::Inside) { ::_exit(0); });
+    EXPECT_EQ(wire.read_to_end(), times(3, brake));
 }
 
 TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
@@ -115,7 +125,7 @@ TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
             ;
         link::RealClock clock;
         const auto other = link::Links::system().open(wire.uri, clock);
-        if (other && inside.guardian.watch(1, wire.uri, *other, {.seen = stop, .unseen = stop}))
+        if (other && inside.guardian.watch(1, wire.uri, *other, {.seen = stop, .unseen = stop, .seen_for = a_moment}))
             ::_exit(0);
     });
     const auto all = times(3, stop);
@@ -153,7 +163,8 @@ TEST(GuardianTest, AFrameOfWhichTheLineTakesAPartIsFinishedBeforeTheNext)
                     ::_exit(1);
             link::RealClock clock;
             const auto other = link::Links::system().open(next.uri, clock);
-            if (other && inside.guardian.watch(1, next.uri, *other, {.seen = stop, .unseen = stop}))
+            if (other &&
+                inside.guardian.watch(1, next.uri, *other, {.seen = stop, .unseen = stop, .seen_for = a_moment}))
                 ::_exit(0);
         });
         next.read(1); // its turn comes after that of the line that is full

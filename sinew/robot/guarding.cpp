@@ -10,9 +10,11 @@ namespace {
 
 constexpr Duration between_beats = std::chrono::milliseconds{20};
 
-StopFrames frames_of(const Line& line)
+/// A guardian cannot look.
+StopFrames frames_of(Line& line, TimePoint now)
 {
-    return {.seen = line.stop_requests(), .unseen = line.unseen_stop_requests()};
+    const auto [requests, until] = line.blind_stop();
+    return {.seen = requests, .unseen = line.unseen_stop_requests(), .seen_for = until - now};
 }
 
 } // namespace
@@ -34,7 +36,7 @@ std::expected<void, Error> Core::hand_over(std::size_t line)
     if (handle < 0 && bus.link_trouble() == nullptr)
         return {};
     lines[line]->prepare_stop();
-    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line]));
+    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line], clock->now()));
     if (watched)
         known_[line] = bus.losses();
     return watched;
@@ -63,8 +65,7 @@ std::expected<void, Error> Core::heed_the_guardian()
                             "program, which found it hanging"};
         if (enabled)
             return stop_for(std::move(why));
-        send_stop();
-        tell_the_guardian_of_a_stop({});
+        (void)stop(to_sentence(why));
     }
     if (enabled && !guardian_->is_alive())
         return stop_for({.code = Errc::stopped,
@@ -73,7 +74,7 @@ std::expected<void, Error> Core::heed_the_guardian()
     return {};
 }
 
-void Core::tell_the_guardian(const Line& line)
+void Core::tell_the_guardian(Line& line)
 {
     if (guardian_ == nullptr)
         return;
@@ -85,7 +86,7 @@ void Core::tell_the_guardian(const Line& line)
         guardian_->forget(at);
         known_[at].reset();
     } else {
-        guardian_->update(at, lines[at]->bus().link(), frames_of(line));
+        guardian_->update(at, lines[at]->bus().link(), frames_of(line, clock->now()));
     }
 }
 
@@ -123,7 +124,7 @@ void Core::tell_the_guardian_of_a_stop(std::span<const Stopped> outcomes)
     if (guardian_ == nullptr || !guardian_->stop_asked())
         return;
     for (std::size_t i = 0; i < lines.size(); ++i) {
-        auto outcome = outcomes.empty() ? StoppedBus::Outcome::sent : StoppedBus::Outcome::confirmed;
+        auto outcome = StoppedBus::Outcome::confirmed;
         std::string failures;
         for (const Stopped& one : outcomes) {
             if (std::ranges::find(lines[i]->joints(), one.joint, &Joint::name) == lines[i]->joints().end())

@@ -178,6 +178,7 @@ void Joint::take(const Command& command, TimePoint at)
     commanded_at_ = at;
     if (same(command, command_))
         return;
+    begins_anew_ = begins_anew_ || is_unplaced(at); // whoever looks before it goes out
     if (can_walk(command))
         guard_.catch_up(state_, at);
     const double here = guard_.reference_rad().value_or(0.0);

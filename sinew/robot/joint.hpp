@@ -107,8 +107,8 @@ private:
                      answered_at_ >= planned_at_;
     }
     std::expected<wire::Requests, Error> plan_look(double resolution_rad);
-    /// In the units of the actuator.
     void begin_where_it_is(TimePoint at);
+    /// In the units of the actuator.
     void went_out(const Command& own, TimePoint at);
     std::expected<wire::Requests, Error> plan(TimePoint at, double resolution_rad);
     /// `unseen`: nobody knows what has happened to the shaft since it was measured, such as while its link was lost.
@@ -139,12 +139,20 @@ private:
     Mode policy() const;
     /// To hold, or to brake where that would be a leap. `unseen` as above.
     Mode holding(bool unseen) const;
+    /// How old a place may be where it is told to hold.
+    enum class Places : std::uint8_t {
+        none,   ///< it may be anywhere
+        fresh,  ///< what turns must not turn back far, nor what was guided by a hand meanwhile
+        latest, ///< as old as they become on its line while it is looked at all the time
+    };
+    /// The maximum where it need not be told where.
+    TimePoint seen_until(Places places) const;
+    bool is_unseen(Places places, TimePoint at) const { return at > seen_until(places); }
     /// Whether it must be told where to hold, and where it is was not measured lately.
-    bool is_unplaced(TimePoint at) const;
-    bool is_old(const actuator::Measured<double>& place, TimePoint at) const;
+    bool is_unplaced(TimePoint at) const { return is_unseen(Places::latest, at); }
     void begin_telling(Mode mode, TimePoint at)
     {
-        unheard_ = false;
+        unheard_ = has_let_go_of_it_ = false;
         told_ = mode;
         told_at_ = at;
     }
@@ -202,11 +210,12 @@ private:
     // In a stop.
     TimePoint told_at_{};
     Mode told_ = Mode::hold;
-    bool owes_stop_ = false;      ///< it has not confirmed the last stop
-    bool unheard_ = false;        ///< a frame of what it was told last was not acknowledged
-    int silences_ = 0;            ///< looks in a row that it did not answer
-    Duration silent_for_{};       ///< what those took
-    bool is_heard_again_ = false; ///< it answered the last look, and not the one before
+    bool owes_stop_ = false;        ///< it has not confirmed the last stop
+    bool unheard_ = false;          ///< a frame of what it was told last was not acknowledged
+    bool has_let_go_of_it_ = false; ///< what it was told last began with letting go of what it may press on
+    int silences_ = 0;              ///< looks in a row that it did not answer
+    Duration silent_for_{};         ///< what those took
+    bool is_heard_again_ = false;   ///< it answered the last look, and not the one before
     bool is_given_up_ = false;
 
     bool begins_anew_ = false; ///< where it is had not been looked at for a while

@@ -178,20 +178,20 @@ Mode Joint::holding(bool unseen) const
     return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
 }
 
-/// Nobody has looked for a while: the program did something else, and so may a hand have.
-bool Joint::is_old(const actuator::Measured<double>& place, TimePoint at) const
+/// Later nobody has looked for a while: the program did something else, and so may a hand have.
+TimePoint Joint::seen_until(Places places) const
 {
-    return !place || at - place.at() > doubtful_silence + 2 * std::min(exchange_, longest_exchange);
-}
-
-bool Joint::is_unplaced(TimePoint at) const
-{
-    return holds_a_position_ && is_old(raw_.position_rad, at);
+    if (places == Places::none || (holds_a_position_ && !raw_.position_rad))
+        return TimePoint::min();
+    if (!holds_a_position_)
+        return TimePoint::max();
+    const Duration all_looks = places == Places::latest ? 2 * std::min(exchange_, longest_exchange) : Duration{};
+    return raw_.position_rad.at() + doubtful_silence + all_looks;
 }
 
 Mode Joint::stopping(bool unseen) const
 {
-    return policy() == Mode::hold ? holding(unseen || is_unplaced(now())) : policy();
+    return policy() == Mode::hold ? holding(unseen) : policy();
 }
 
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const

@@ -1,7 +1,6 @@
 #include "sinew/robot/line.hpp"
 
 #include "sinew/base/seconds.hpp"
-#include "sinew/family/broadcast.hpp"
 #include "sinew/family/rmd/group.hpp"
 
 #include <algorithm>
@@ -31,7 +30,7 @@ void Line::set_joints(std::vector<Joint*> joints)
     requests_.resize(most);
     results_.resize(most);
     owners_.resize(most);
-    for (auto* all : {&stop_requests_, &unseen_stop_requests_})
+    for (auto* all : {&stop_requests_, &unseen_stop_requests_, &blind_stop_requests_})
         all->reserve(joints_.size() * wire::Requests::capacity + 1);
     for (Joint* joint : joints_)
         if (dynamic_cast<rmd::Driver*>(joint->driver_.get()) != nullptr && id_of(joint->device()) <= last_of_group)
@@ -172,6 +171,8 @@ bool Line::plan_group(TimePoint now)
     }
     for (Joint* joint : group_) {
         joint->see_whether_it_turns_freely(now);
+        joint->fresh_ = false;
+        joint->repetitions_ = 0;
         joint->went_out(joint->mounting_.to_actuator(joint->command_), now);
         if (joint->raw_.position_rad)
             joint->guard_.follow(joint->mounting_.to_joint(*joint->raw_.position_rad), now);
@@ -214,39 +215,6 @@ void Line::add_extras(TimePoint now)
         }
         return;
     }
-}
-
-void Line::collect_stop(std::vector<wire::Request>& into, bool unseen) const
-{
-    // What holds a position must be told where it is now; nothing else changes but by the command.
-    into.clear();
-    const auto is_told = [&](Mode mode) {
-        return std::ranges::all_of(joints_, [&](const Joint* joint) { return joint->stopping(unseen) == mode; });
-    };
-    if (!joints_.empty())
-        if (const auto all = stop_of_all(joints_.front()->family()); all && is_told(all->mode))
-            into.push_back(all->request);
-    for (Joint* joint : joints_)
-        if (const auto requests = joint->plan_policy(*joint->stopper_, unseen))
-            for (const auto& request : requests->all())
-                into.push_back(request);
-}
-
-void Line::prepare_stop()
-{
-    if (busy_)
-        return;
-    collect_stop(stop_requests_, is_lost());
-    collect_stop(unseen_stop_requests_, true);
-    bus_->set_stop(stop_requests_);
-}
-
-void Line::close_stop()
-{
-    if (std::exchange(owes_stop_, false) && !std::ranges::all_of(bus_->stop_results(), &bus::Result::good))
-        for (Joint* joint : joints_)
-            joint->owes_stop_ = true;
-    bus_->clear_stop();
 }
 
 bool Line::must_look_first(TimePoint now) const

@@ -54,6 +54,12 @@ public:
     std::span<const wire::Request> stop_requests() const { return stop_requests_; }
     /// What it sends when nobody has looked at the joints for a while.
     std::span<const wire::Request> unseen_stop_requests() const { return unseen_stop_requests_; }
+    /// What somebody sends who cannot look himself, until that is too long ago.
+    struct BlindStop {
+        std::span<const wire::Request> requests;
+        TimePoint until{};
+    };
+    BlindStop blind_stop();
 
     // ---- the exchange ----
 
@@ -77,6 +83,8 @@ public:
     void owe_stop(bool owes) { owes_stop_ = owes; }
     /// Once a stop has gone out: exchanges go on, and joints of which it was not acknowledged owe it.
     void close_stop();
+    /// Whoever asks for another one only ends what runs, until the next is prepared.
+    void end_stop();
 
     Duration period() const { return period_; } ///< 0: as the loop asks
     TimePoint due() const { return due_; }
@@ -90,7 +98,7 @@ public:
 private:
     friend class LoadOfLine; // load.cpp
 
-    void collect_stop(std::vector<wire::Request>& into, bool unseen) const;
+    TimePoint collect_stop(std::vector<wire::Request>& into, Joint::Places places) const;
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
     Finding judge(Joint& joint, TimePoint now) const;
@@ -116,7 +124,7 @@ private:
     std::vector<Joint*> owners_; ///< nullptr: of the group
     std::size_t size_ = 0;
     std::size_t next_full_ = 0;
-    std::vector<wire::Request> stop_requests_, unseen_stop_requests_;
+    std::vector<wire::Request> stop_requests_, unseen_stop_requests_, blind_stop_requests_;
 };
 
 } // namespace sinew::robot

@@ -127,11 +127,13 @@ private:
     {
         std::vector<std::vector<Load::Part>> all;
         std::vector<std::vector<Load::Part>> longest(line_.joints_.size());
-        for (const auto& [mode, unseen] : {std::pair{Mode::release, false}, {Mode::hold, true}, {Mode::hold, false}}) {
+        using enum Joint::Places;
+        for (const auto& [mode, places] :
+             {std::pair{Mode::release, latest}, {Mode::hold, none}, {Mode::hold, latest}}) {
             for (Joint* joint : line_.joints_)
                 joint->command_ = {.mode = mode};
             std::vector<wire::Request> requests;
-            line_.collect_stop(requests, unseen);
+            line_.collect_stop(requests, places);
             all.push_back(named(requests));
             for (std::size_t i = 0; i < longest.size(); ++i) {
                 std::vector<Load::Part> own;

@@ -21,8 +21,8 @@ public:
     }
     /// Until then it means to rest.
     void rest_until(TimePoint wake) { awaited_ = std::max(awaited_, wake); }
-    /// It ends; when it turns again is not known.
-    void leave() { awaited_ = {}; }
+    /// From now on it is awaited, whoever turns it.
+    void begin(TimePoint now) { awaited_ = now; }
 
     /// The pause that makes up most of a silence, or zero.
     Duration within(TimePoint answered, TimePoint now) const

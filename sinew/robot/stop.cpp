@@ -36,7 +36,7 @@ void Core::send_stop()
         if (line->busy())
             line->absorb(now);
         if (line->bus().link_trouble() == nullptr)
-            line->bus().clear_stop();
+            line->end_stop();
         else
             line->prepare_stop(); // for when it is back
         line->owe_stop(line->bus().link_trouble() != nullptr);
@@ -73,15 +73,19 @@ bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look
 /// that where his answer to the command says that he is there.
 void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
 {
-    // A reading may say that it cannot do what it was told.
-    const Mode now = joint.stopping(line.is_lost());
+    // A reading may say that it cannot do what it was told. After the first look the places are those of the stop.
+    const auto places = line.is_lost()     ? Joint::Places::none
+                        : look.number == 0 ? Joint::Places::fresh
+                                           : Joint::Places::latest;
+    const bool unseen = joint.is_unseen(places, look.begun);
+    const Mode now = joint.stopping(unseen);
     const bool is_new = std::exchange(outcome.did, now) != now;
     const bool has_not_heard = joint.unheard_ || joint.is_limp(now);
     const bool is_time = look.begun - joint.told_at_ >= until_it_is_told_again || joint.is_heard_again_;
     const bool tells = look.commands || is_new || (has_not_heard && look.number < most_repetitions) ||
                        (is_time && (has_not_heard || !joint.acknowledges_));
     if (tells)
-        if (const auto plan = joint.plan_policy(*joint.driver_, line.is_lost())) {
+        if (const auto plan = joint.plan_policy(*joint.driver_, unseen)) {
             joint.begin_telling(now, look.begun);
             line.add(joint, plan->all());
         }
@@ -254,11 +258,19 @@ void Core::plan_owed_stops(bool at_once)
     for (auto& line : lines)
         for (Joint* joint : line->joints()) {
             const bool is_lost = line->bus().link_trouble() != nullptr;
-            const bool is_news = at_once || joint->told_ != joint->stopping(is_lost);
+            const bool unseen = joint->is_unseen(is_lost ? Joint::Places::none : Joint::Places::latest, now);
+            const Mode mode = joint->stopping(unseen);
+            const bool is_news = at_once || joint->told_ != mode;
             if (!joint->owes_stop_ || (!is_news && now - joint->told_at_ < until_it_is_told_again))
                 continue;
-            if (const auto plan = joint->plan_policy(*joint->driver_, is_lost)) {
-                joint->begin_telling(joint->stopping(is_lost), now);
+            // Once it stands: what turns is only told to hold. An `enable` lets go of all later.
+            const bool lets_go =
+                !is_news && joint->may_press_on_ && mode == Mode::hold && joint->stillness_.is_at_rest();
+            const auto plan =
+                lets_go ? plan_hold_anew(*joint->driver_, joint->raw_) : joint->plan_policy(*joint->driver_, unseen);
+            if (plan) {
+                joint->begin_telling(mode, now);
+                joint->has_let_go_of_it_ = lets_go;
                 line->add(*joint, plan->all());
             }
         }
@@ -266,10 +278,15 @@ void Core::plan_owed_stops(bool at_once)
 
 void Core::hear_of_owed_stops(TimePoint begun)
 {
-    for (Joint& joint : joints)
-        if (joint.owes_stop_ && joint.answered_at_ >= begun && joint.told_ == joint.stopping(false) &&
-            has_obeyed(joint, joint.told_, begun))
-            joint.owes_stop_ = false;
+    for (Joint& joint : joints) {
+        const Mode mode = joint.stopping(joint.is_unseen(Joint::Places::latest, clock->now()));
+        if (!joint.owes_stop_ || joint.answered_at_ < begun || joint.told_ != mode ||
+            !has_obeyed(joint, joint.told_, begun))
+            continue;
+        if (joint.has_let_go_of_it_)
+            joint.may_press_on_ = false;
+        joint.owes_stop_ = mode == Mode::hold && joint.may_press_on_;
+    }
 }
 
 std::vector<Stopped> Core::stop(const std::string& why)
@@ -283,8 +300,10 @@ std::vector<Stopped> Core::stop(const std::string& why)
         joint.silences_ = 0;
         joint.silent_for_ = {};
         joint.is_given_up_ = joint.is_heard_again_ = false;
-        outcomes.push_back({.joint = joint.name(), .did = joint.stopping(false)});
+        const bool unseen = joint.is_unseen(Joint::Places::fresh, clock->now());
+        outcomes.push_back({.joint = joint.name(), .did = joint.stopping(unseen)});
         joint.closed_ = "the robot is stopped; enable it again";
+        joint.closed_by_.reset();
         joint.walk_.reset();
         joint.stillness_.begin();
         joint.guard_.begin(joint.state_, clock->now());

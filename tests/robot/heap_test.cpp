@@ -32,6 +32,21 @@ TEST(Heap, ACycleOfSixteenJointsAsksForNothing)
     EXPECT_TRUE(rig.robot->incidents().empty());
 }
 
+/// It looks first, and what a stop would send is for a while not to hold but to brake.
+TEST(Heap, ACycleAfterAPauseAsksForNothing)
+{
+    Rig rig(demo());
+    rig.enable();
+    ASSERT_TRUE(rig.run(3s));
+    for (int i = 0; i < 10; ++i) {
+        ASSERT_EQ(said(rig.robot->cycle()), "");
+        rig.simulator->clock().wait({}, rig.now() + 300ms);
+        const auto before = support::allocations();
+        EXPECT_EQ(said(rig.robot->cycle()), "");
+        EXPECT_EQ(support::allocations() - before, 0U);
+    }
+}
+
 TEST(Heap, ALoopOfTheLibraryAsksForNothing)
 {
     Rig rig(demo());

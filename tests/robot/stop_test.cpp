@@ -1,5 +1,4 @@
-#include "sinew/sim/fault.hpp"
-#include "tests/robot/rig.hpp"
+#include "tests/robot/by_hand.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -38,18 +37,6 @@ TEST(Stop, AServoThatMustBeToldWhereToHoldIsToldNoPlaceThatIsOld)
     EXPECT_EQ(names(rig.robot->unseen_stop_requests(0)), names(rig.robot->stop_requests(0))) << "it was let go";
 }
 
-const char* const servo_by_hand =
-    "version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n";
-
-/// A program that asks its user to guide the arm by hand, and waits for a key.
-void guide_by_hand(Rig& rig, Duration pause)
-{
-    sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = seconds(pause) / 2};
-    push.torque_nm = 6.0;
-    rig.simulator->world().inject(push);
-    rig.simulator->clock().wait({}, rig.now() + pause);
-}
-
 TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
 {
     enum class Then { cycle, stop, hold };
@@ -63,7 +50,7 @@ TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedDoesNotLeapBack)
             rig.simulator->clock().wait({}, rig.now() + 10ms);
         }
         const double before = rig.truth_rad("arm");
-        guide_by_hand(rig, then == Then::hold ? 400ms : 1s);
+        guide_by_hand(*rig.simulator, then == Then::hold ? 400ms : 1s, 6.0);
         const double guided = rig.truth_rad("arm");
         ASSERT_GT(std::abs(guided - before), units::rad(3));
         double furthest = 0.0;
@@ -98,7 +85,7 @@ TEST(Stop, AServoThatWasMovedByHandWhileNobodyLookedIsLedFromWhereItIs)
                 rig.simulator->clock().wait({}, rig.now() + 10ms);
             }
             const double before = *rig.robot->find("arm")->state().position_rad;
-            guide_by_hand(rig, 400ms);
+            guide_by_hand(*rig.simulator, 400ms, 6.0);
             const double guided = rig.truth_rad("arm");
             ASSERT_GT(std::abs(guided - before), units::rad(20));
             Command back{.mode = Mode::position, .position_rad = before};

@@ -1,0 +1,68 @@
+#include "sinew/family/broadcast.hpp"
+#include "sinew/robot/line.hpp"
+
+#include <algorithm>
+#include <utility>
+
+/// What a stop sends to one bus, made ready beforehand.
+namespace sinew::robot {
+
+/// Until when it is right: what holds a position must be told where it is now. Nothing else changes but by the command.
+TimePoint Line::collect_stop(std::vector<wire::Request>& into, Joint::Places places) const
+{
+    into.clear();
+    const auto is_unseen = [&](const Joint* joint) { return joint->is_unseen(places, joint->now()); };
+    const auto is_told = [&](Mode mode) {
+        return std::ranges::all_of(joints_,
+                                   [&](const Joint* joint) { return joint->stopping(is_unseen(joint)) == mode; });
+    };
+    TimePoint until = TimePoint::max();
+    if (!joints_.empty())
+        if (const auto all = stop_of_all(joints_.front()->family()); all && is_told(all->mode))
+            into.push_back(all->request);
+    for (Joint* joint : joints_) {
+        const bool unseen = is_unseen(joint);
+        if (const auto requests = joint->plan_policy(*joint->stopper_, unseen))
+            for (const auto& request : requests->all())
+                into.push_back(request);
+        if (!unseen && joint->stopping(unseen) == Mode::hold)
+            until = std::min(until, joint->seen_until(places));
+    }
+    return until;
+}
+
+void Line::prepare_stop()
+{
+    if (busy_)
+        return;
+    using enum Joint::Places;
+    const TimePoint until = collect_stop(stop_requests_, is_lost() ? none : fresh);
+    collect_stop(unseen_stop_requests_, none);
+    bus_->set_stop(stop_requests_, until, unseen_stop_requests_);
+}
+
+Line::BlindStop Line::blind_stop()
+{
+    using enum Joint::Places;
+    const TimePoint until = collect_stop(blind_stop_requests_, is_lost() ? none : latest);
+    return {blind_stop_requests_, until};
+}
+
+void Line::close_stop()
+{
+    if (!std::exchange(owes_stop_, false))
+        return bus_->clear_stop();
+    if (!std::ranges::all_of(bus_->stop_results(), &bus::Result::good))
+        for (Joint* joint : joints_)
+            joint->owes_stop_ = true;
+    end_stop();
+}
+
+/// What has stopped is not told again where it was then.
+void Line::end_stop()
+{
+    bus_->set_stop({});
+    bus_->clear_stop();
+}
+
+} // namespace sinew::robot
