@@ -14,8 +14,6 @@ namespace {
 
 /// The loop may have been late; what it was late by is not walked at once.
 constexpr Duration longest_step = std::chrono::milliseconds{50};
-/// Longer than that no line takes for its answers: the program was kept from running.
-constexpr Duration longest_exchange = std::chrono::milliseconds{500};
 
 } // namespace
 
@@ -185,7 +183,7 @@ TimePoint Joint::seen_until(Places places) const
         return TimePoint::min();
     if (!holds_a_position_)
         return TimePoint::max();
-    const Duration all_looks = places == Places::latest ? 2 * std::min(exchange_, longest_exchange) : Duration{};
+    const Duration all_looks = places == Places::latest ? 2 * exchange_ : Duration{};
     return raw_.position_rad.at() + doubtful_silence + all_looks;
 }
 
