@@ -86,8 +86,7 @@ void Bus::set_stop(std::span<const wire::Request> requests, TimePoint until, std
     stop_requests_.assign(requests.begin(), requests.end());
     later_stop_requests_.assign(later.begin(), later.end());
     stop_until_ = until;
-    stop_results_.assign(most, {});
-    stop_size_ = requests.size();
+    stop_results_.resize(std::max(stop_results_.size(), most));
 }
 
 StopBound Bus::stop_bound(std::span<const wire::Request> running) const

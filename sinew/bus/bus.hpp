@@ -78,7 +78,7 @@ public:
     void request_stop() noexcept;
     /// The same from the thread that drives, and returns when it is carried out.
     void stop();
-    /// How the stop requests ended: a good result is the device's own word.
+    /// How the requests of the latest stop ended, until the next one begins: a good result is the device's own word.
     std::span<const Result> stop_results() const { return std::span(stop_results_).first(stop_size_); }
     void clear_stop() noexcept;
     /// Losing the link of this bus stops these, which must outlive it.

@@ -30,7 +30,9 @@ struct Result {
     TimePoint sent_at{};  ///< when its first bit went out
     TimePoint due{};      ///< when its answer has ended at the latest if the link adds nothing
     TimePoint deadline{}; ///< when it is given up: `due` and the margin
-    TimePoint at{};       ///< when the answer ended, or the request if none is due, or when it was given up
+    /// When the answer ended, or the request if none is due, or when it was given up. What was read later than
+    /// `deadline`, because the program was kept from running, had come by then.
+    TimePoint at{};
     std::array<wire::Frame, 4> replies{}; ///< `reply_count` of them; more than one only where several devices answer
     Error error{};                        ///< of a request without an answer
 
@@ -159,7 +161,7 @@ private:
     inline bool accept(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
     bool accept_from_one(const wire::Request& request, Result& result, const wire::Frame& frame, TimePoint at);
     void finish_unanswered(const wire::Request& request, TimePoint at);
-    static inline TimePoint arrival(const Result& result, TimePoint read_at);
+    static inline void arrived(Result& result, TimePoint read_at);
     inline void finish(const wire::Request& request, Result& result, TimePoint at);
     void time_out(const wire::Request& request, Result& result, TimePoint now);
     void give_up(const wire::Request& request, Result& result, Errc why, TimePoint now);

@@ -81,16 +81,18 @@ namespace sinew::bus {
 
 /// What is read after its deadline was waited for no longer: it was there by then, and nobody looked. Where it says
 /// what a device was like, that is at least so old.
-[[gnu::always_inline]] inline TimePoint Conversation::arrival(const Result& result, TimePoint read_at)
+[[gnu::always_inline]] inline void Conversation::arrived(Result& result, TimePoint read_at)
 {
-    return std::min(read_at, result.deadline);
+    result.at = read_at;
+    if (read_at > result.deadline) [[unlikely]]
+        result.at = result.deadline;
 }
 
 [[gnu::always_inline]] inline void Conversation::finish(const wire::Request& request, Result& result, TimePoint at)
 {
     result.stage = Result::Stage::done;
     result.good = true;
-    result.at = arrival(result, at);
+    arrived(result, at);
     --open_;
     if (!request.answered) [[unlikely]]
         return finish_unanswered(request, at);
@@ -176,7 +178,7 @@ template <bool IsCan>
     result.stage = Result::Stage::done;
     result.reply_count = 1;
     result.good = true;
-    result.at = arrival(result, at);
+    arrived(result, at);
     note_answer(request, result, 1, own, at);
     return true;
 }
