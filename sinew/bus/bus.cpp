@@ -142,7 +142,8 @@ void Bus::obey_stop()
         return;
     }
     stop_begun_ = true;
-    const auto& requests = clock_.now() > stop_until_ ? later_stop_requests_ : stop_requests_;
+    said_later_ = clock_.now() > stop_until_;
+    const auto& requests = said_later_ ? later_stop_requests_ : stop_requests_;
     stop_size_ = requests.size();
     conversation_.begin_stop(requests, std::span(stop_results_).first(stop_size_));
 }

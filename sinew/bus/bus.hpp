@@ -80,6 +80,8 @@ public:
     void stop();
     /// How the requests of the latest stop ended, until the next one begins: a good result is the device's own word.
     std::span<const Result> stop_results() const { return std::span(stop_results_).first(stop_size_); }
+    /// Whether that sent what is right later.
+    bool said_later() const { return said_later_; }
     void clear_stop() noexcept;
     /// Losing the link of this bus stops these, which must outlive it.
     void stop_when_lost(std::vector<Bus*> others) { stopped_with_ = std::move(others); }
@@ -207,6 +209,7 @@ private:
     TimePoint stop_until_ = TimePoint::max();
     std::vector<Result> stop_results_;
     std::size_t stop_size_ = 0; // of those of the stop that began last
+    bool said_later_ = false;
     std::vector<Bus*> stopped_with_;
 
     bool ended_by_loss_ = false; // the latest exchange

@@ -133,8 +133,13 @@ void Core::exchange_lines()
         line->start();
     drive();
     const TimePoint now = clock->now();
-    for (auto& line : lines)
+    Duration longest{};
+    for (auto& line : lines) {
         line->absorb(now);
+        longest = std::max(longest, line->exchange());
+    }
+    for (auto& line : lines) // each waits for the slowest
+        line->note_exchange(longest);
     // A link that was lost when the robot was stopped is back and has sent its stop: from now on it may be read.
     for (auto& line : lines)
         if (!enabled && !stop_asked_.load() && line->bus().link_trouble() == nullptr && !line->bus().has_news())
@@ -168,20 +173,15 @@ void Core::let_a_stop_out()
 std::expected<void, Error> Core::read_only()
 {
     let_a_stop_out();
-    if (std::ranges::any_of(joints, &Joint::owes_stop_)) { // to hold, it must be told where it is now
-        for (auto& line : lines)
-            line->plan_first_look(clock->now());
-        exchange_lines();
-    }
-    for (auto& line : lines)
+    tell_owed_stops();
+    for (auto& line : lines) {
         line->clear();
-    const TimePoint begun = clock->now();
-    plan_owed_stops(false);
-    for (auto& line : lines)
         for (Joint* joint : line->joints())
-            (void)line->plan_read(*joint, joint->owes_stop_ ? Depth::full : Depth::motion);
+            (void)line->plan_read(*joint, Depth::motion);
+    }
     exchange_lines();
-    hear_of_owed_stops(begun);
+    for (auto& line : lines)
+        tell_the_guardian(*line);
     if (fault)
         return std::unexpected(*fault);
     return fail(Errc::unsupported, "the robot is not enabled; it was only read");
@@ -348,6 +348,8 @@ std::expected<void, Error> Core::end_exchanges()
 std::expected<void, Error> Core::read(Depth depth)
 {
     let_a_stop_out();
+    if (!enabled)
+        tell_owed_stops();
     const TimePoint begun = clock->now();
     const auto is_old = [&](const Joint& joint) {
         return !joint.raw_.position_rad || joint.raw_.position_rad.at() < begun;

@@ -75,6 +75,7 @@ private:
     // stop.cpp
     void send_stop();
     bool heed_another_stop();
+    bool hold_what_was_braked(std::vector<Stopped>& outcomes);
     void verify(std::vector<Stopped>& outcomes, TimePoint end);
     std::vector<Joint*> hold_anew(std::vector<Joint*> left);
     void relieve(std::vector<Stopped>& outcomes, TimePoint end);
@@ -86,6 +87,7 @@ private:
     bool ask_again(std::vector<Stopped>& outcomes, int number, bool commands);
     static bool has_obeyed(const Joint& joint, Mode told, TimePoint since);
     void conclude(std::vector<Stopped>& outcomes);
+    void tell_owed_stops();
     void plan_owed_stops(bool at_once); ///< else not at every look
     void hear_of_owed_stops(TimePoint begun);
     Stopped& outcome_of(const Joint& joint, std::vector<Stopped>& outcomes) const;

@@ -174,8 +174,11 @@ std::expected<void, Error> Core::enable()
         enabled = true; // as far as that goes: what could not be told to hold may turn
         return stop_for(std::move(done.error()));
     }
-    if (done.error().code == Errc::stopped)
+    if (done.error().code == Errc::stopped) {
+        let_a_stop_out();
         stop_asked_.store(false); // it is told
+        tell_owed_stops();
+    }
     for (auto& line : lines)
         if (!line->owes_stop())
             line->bus().set_stop({}); // nothing was driven
@@ -302,13 +305,13 @@ std::expected<void, Error> Core::take_hold()
         return done;
     if (auto fine = check_no_stop(); !fine)
         return fine;
+    fault.reset();
+    enabled = true;
     for (auto& line : lines) {
         line->begin();
         line->prepare_stop();
         tell_the_guardian(*line);
     }
-    fault.reset();
-    enabled = true;
     pause.begin(clock->now());
     return {};
 }

@@ -31,7 +31,7 @@ struct StoppedBus {
 
 /// What stops the motors of one bus, ready-made.
 struct StopFrames {
-    std::span<const wire::Request> seen;   ///< so long from then on
+    std::span<const wire::Request> seen;   ///< so long from then on; none where all have stopped
     std::span<const wire::Request> unseen; ///< later: nothing in them may name a place where a motor was
     Duration seen_for{};
 };

@@ -251,6 +251,8 @@ private:
                 note(bus, StoppedBus::Outcome::failed, "its link is lost");
                 continue;
             }
+            if (frames_[i].count == 0)
+                continue; // its motors have stopped
             all[i] = {.pieces = &frames_[i], .fd = links_[i].get(), .give_up = Clock::now() + bus_time};
             ++count;
         }

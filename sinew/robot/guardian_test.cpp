@@ -114,6 +114,17 @@ TEST(GuardianTest, FramesWhosePlacesWereOldWhenTheyWereWrittenAreNotSent)
     EXPECT_EQ(wire.read_to_end(), times(3, brake));
 }
 
+TEST(GuardianTest, MotorsThatHaveStoppedAreLeftAlone)
+{
+    const Wire wire;
+    const std::array stop{stop_of(1)};
+    Program program(wire, stop, [](Program::Inside inside) {
+        inside.guardian.update(0, inside.link, {});
+        ::_exit(0);
+    });
+    EXPECT_TRUE(wire.read_to_end().empty());
+}
+
 TEST(GuardianTest, OneLineThatTakesNothingDoesNotHoldUpTheOthers)
 {
     const Wire stuck, wire;

@@ -17,6 +17,12 @@ StopFrames frames_of(Line& line, TimePoint now)
     return {.seen = requests, .unseen = line.unseen_stop_requests(), .seen_for = until - now};
 }
 
+/// Of a robot that is stopped: who holds is not braked, for that would let his load down.
+bool has_nothing_to_hear(const Line& line)
+{
+    return !line.owes_stop() && std::ranges::none_of(line.joints(), &Joint::owes_stop);
+}
+
 } // namespace
 
 /// Devices that hold their last target must not be left to a process that no longer has a robot.
@@ -86,7 +92,8 @@ void Core::tell_the_guardian(Line& line)
         guardian_->forget(at);
         known_[at].reset();
     } else {
-        guardian_->update(at, lines[at]->bus().link(), frames_of(line, clock->now()));
+        const bool is_over = !enabled && has_nothing_to_hear(line);
+        guardian_->update(at, lines[at]->bus().link(), is_over ? StopFrames{} : frames_of(line, clock->now()));
     }
 }
 

@@ -269,6 +269,7 @@ void Joint::begin(TimePoint at)
     if (planned_.mode != Mode::hold)
         slowing_.reset(); // what it took before it was let go
     command_ = {.mode = Mode::release};
+    is_told_ = false;
     silence_.reset();
     leapt_ = false;
     guard_.begin(state_, at);

@@ -71,6 +71,8 @@ public:
 
     // ---- for the robot ----
 
+    /// It has not confirmed the last stop.
+    bool owes_stop() const { return owes_stop_; }
     Joint(const ResolvedJoint& resolved, const config::RobotFile& file, const link::Clock& clock, Incidents& incidents);
 
 private:
@@ -142,7 +144,7 @@ private:
     /// How old a place may be where it is told to hold.
     enum class Places : std::uint8_t {
         none,   ///< it may be anywhere
-        fresh,  ///< what turns must not turn back far, nor what was guided by a hand meanwhile
+        fresh,  ///< and what turns must not turn back far
         latest, ///< as old as they become on its line while it is looked at all the time
     };
     /// The maximum where it need not be told where.
@@ -150,12 +152,14 @@ private:
     bool is_unseen(Places places, TimePoint at) const { return at > seen_until(places); }
     /// Whether it must be told where to hold, and where it is was not measured lately.
     bool is_unplaced(TimePoint at) const { return is_unseen(Places::latest, at); }
-    void begin_telling(Mode mode, TimePoint at)
-    {
-        unheard_ = has_let_go_of_it_ = false;
-        told_ = mode;
-        told_at_ = at;
-    }
+    /// Whether it holds at `held_`, for all that is known.
+    bool holds_there() const;
+    /// Where a stop tells it to hold: where it does already, for at each new place it gives way to its load once more.
+    const State& place_to_hold() const { return holds_there() ? held_ : raw_; }
+    /// Whether a stop has told it to hold, and it seems to: then it is not to be braked because nobody looked since.
+    bool was_told_to_hold() const { return is_told_ && told_ == Mode::hold && holds_there(); }
+    /// In a stop. `place` counts where it is told to hold.
+    void begin_telling(Mode mode, const State& place, TimePoint at);
     /// What a stop tells it: the policy, as far as it can.
     Mode stopping(bool unseen) const;
     /// Whether any answer can tell that it does what a stop has told it.
@@ -192,6 +196,7 @@ private:
     };
     std::optional<Walk> walk_;
     State held_{};           ///< where it holds
+    bool is_held_ = false;   ///< it was told that last
     Command planned_{};      ///< what went out last, in the units of the actuator
     TimePoint planned_at_{}; ///< when
     bool fresh_ = false;     ///< the command was not sent yet, or its sending failed
@@ -208,9 +213,13 @@ private:
     };
     std::optional<Slowing> slowing_; ///< as it was when it was told to hold while it turned; until it stands
     // In a stop.
+    bool is_told_ = false; ///< what it was told since the stop began
     TimePoint told_at_{};
     Mode told_ = Mode::hold;
-    bool owes_stop_ = false;        ///< it has not confirmed the last stop
+    Mode ready_ = Mode::hold; ///< what the frames that are ready tell it
+    State ready_place_{};     ///< and where
+    int lettings_go_ = 0;     ///< of what it may press on, while it owes its stop
+    bool owes_stop_ = false;
     bool unheard_ = false;          ///< a frame of what it was told last was not acknowledged
     bool has_let_go_of_it_ = false; ///< what it was told last began with letting go of what it may press on
     int silences_ = 0;              ///< looks in a row that it did not answer

@@ -95,6 +95,7 @@ void Joint::went_out(const Command& own, TimePoint at)
 {
     planned_ = own;
     planned_at_ = at;
+    is_held_ = own.mode == Mode::hold;
 }
 
 /// Then it presses no more on what it did press on.
@@ -183,8 +184,29 @@ TimePoint Joint::seen_until(Places places) const
         return TimePoint::min();
     if (!holds_a_position_)
         return TimePoint::max();
-    const Duration all_looks = places == Places::latest ? 2 * exchange_ : Duration{};
-    return raw_.position_rad.at() + doubtful_silence + all_looks;
+    Duration lasting = doubtful_silence + 2 * exchange_;
+    const double speed_rad_s = std::abs(guard_.velocity_rad_s()) * mounting_.ratio;
+    if (places == Places::fresh && speed_rad_s * seconds(lasting) > giving_way_rad)
+        lasting = from_seconds(giving_way_rad / speed_rad_s);
+    return raw_.position_rad.at() + lasting;
+}
+
+bool Joint::holds_there() const
+{
+    constexpr double at_all_its_torque = 2 * giving_way_rad;
+    return is_held_ && !silence_ && !raw_.says_off() && held_.position_rad && raw_.position_rad &&
+           std::abs(*held_.position_rad - *raw_.position_rad) <= at_all_its_torque;
+}
+
+void Joint::begin_telling(Mode mode, const State& place, TimePoint at)
+{
+    unheard_ = has_let_go_of_it_ = false;
+    is_told_ = true;
+    told_ = mode;
+    told_at_ = at;
+    is_held_ = mode == Mode::hold;
+    if (is_held_)
+        held_ = place;
 }
 
 Mode Joint::stopping(bool unseen) const
@@ -194,7 +216,7 @@ Mode Joint::stopping(bool unseen) const
 
 std::expected<wire::Requests, Error> Joint::plan_policy(actuator::Driver& driver, bool unseen) const
 {
-    return driver.plan({.mode = stopping(unseen)}, raw_);
+    return driver.plan({.mode = stopping(unseen)}, place_to_hold());
 }
 
 void Joint::note_whether_it_turns()

@@ -242,21 +242,26 @@ void Line::start()
     busy_ = true;
 }
 
-/// Those that are missing say nothing of how long it takes to look at all.
-void Line::note_what_answers_took()
+/// What its answers took. Those that are missing say nothing of how long it takes to look at all.
+Duration Line::exchange() const
 {
     Duration all{};
     for (const auto& result : results())
         if (result.good)
             all += result.at - result.sent_at;
+    return all;
+}
+
+void Line::note_exchange(Duration time)
+{
     for (Joint* joint : joints_)
-        joint->exchange_ = all;
+        joint->exchange_ = time;
 }
 
 void Line::absorb(TimePoint now)
 {
     busy_ = false;
-    note_what_answers_took();
+    note_exchange(exchange());
     const auto wire = bus_->conversation().line();
     for (std::size_t i = 0; i < size_; ++i) {
         const auto& request = requests_[i];

@@ -46,6 +46,9 @@ public:
 
     /// Makes ready what a stop sends; not while an exchange runs.
     void prepare_stop();
+    void note_the_stop(TimePoint now);
+    /// Whether it must not be told a place in a stop.
+    static bool is_unseen(const Joint& joint, Joint::Places places);
     /// What a cycle carries beside the commands, now and then: settings of a device that has started afresh, the rest
     /// of its state, and whether it has.
     enum class Beside : std::uint8_t { settings, full_state, reset_check };
@@ -67,6 +70,9 @@ public:
     bool busy() const { return busy_; }
     /// After its end: what came back goes to the joints.
     void absorb(TimePoint now);
+    Duration exchange() const;
+    /// How long it takes to look at all joints.
+    void note_exchange(Duration time);
     /// What the supervisors find; limits and time-outs are seen to, a fault of the robot is returned.
     Finding judge(TimePoint now);
 
@@ -104,7 +110,6 @@ private:
     Finding judge(Joint& joint, TimePoint now) const;
     bool obey(Joint& joint, const Finding& finding, TimePoint now);
     void look_after(Joint& joint, TimePoint now);
-    void note_what_answers_took();
 
     std::unique_ptr<bus::Bus> bus_;
     Duration period_{};

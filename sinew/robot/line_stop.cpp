@@ -7,25 +7,34 @@
 /// What a stop sends to one bus, made ready beforehand.
 namespace sinew::robot {
 
+/// Where it was before it was braked it is no more.
+bool Line::is_unseen(const Joint& joint, Joint::Places places)
+{
+    const bool was_braked = joint.is_told_ && joint.told_ != Mode::hold;
+    const bool is_before = was_braked && joint.holds_a_position_ && joint.raw_.position_rad &&
+                           joint.raw_.position_rad.at() <= joint.told_at_;
+    return places == Joint::Places::none || is_before ||
+           (!joint.was_told_to_hold() && joint.is_unseen(places, joint.now()));
+}
+
 /// Until when it is right: what holds a position must be told where it is now. Nothing else changes but by the command.
 TimePoint Line::collect_stop(std::vector<wire::Request>& into, Joint::Places places) const
 {
     into.clear();
-    const auto is_unseen = [&](const Joint* joint) { return joint->is_unseen(places, joint->now()); };
     const auto is_told = [&](Mode mode) {
-        return std::ranges::all_of(joints_,
-                                   [&](const Joint* joint) { return joint->stopping(is_unseen(joint)) == mode; });
+        return std::ranges::all_of(
+            joints_, [&](const Joint* joint) { return joint->stopping(is_unseen(*joint, places)) == mode; });
     };
     TimePoint until = TimePoint::max();
     if (!joints_.empty())
         if (const auto all = stop_of_all(joints_.front()->family()); all && is_told(all->mode))
             into.push_back(all->request);
     for (Joint* joint : joints_) {
-        const bool unseen = is_unseen(joint);
+        const bool unseen = is_unseen(*joint, places);
         if (const auto requests = joint->plan_policy(*joint->stopper_, unseen))
             for (const auto& request : requests->all())
                 into.push_back(request);
-        if (!unseen && joint->stopping(unseen) == Mode::hold)
+        if (!unseen && !joint->was_told_to_hold() && joint->stopping(unseen) == Mode::hold)
             until = std::min(until, joint->seen_until(places));
     }
     return until;
@@ -36,9 +45,21 @@ void Line::prepare_stop()
     if (busy_)
         return;
     using enum Joint::Places;
-    const TimePoint until = collect_stop(stop_requests_, is_lost() ? none : fresh);
+    const auto places = is_lost() ? none : fresh;
+    const TimePoint until = collect_stop(stop_requests_, places);
     collect_stop(unseen_stop_requests_, none);
     bus_->set_stop(stop_requests_, until, unseen_stop_requests_);
+    for (Joint* joint : joints_) {
+        joint->ready_ = joint->stopping(is_unseen(*joint, places));
+        joint->ready_place_ = joint->place_to_hold();
+    }
+}
+
+/// It has gone out.
+void Line::note_the_stop(TimePoint now)
+{
+    for (Joint* joint : joints_)
+        joint->begin_telling(bus_->said_later() ? joint->stopping(true) : joint->ready_, joint->ready_place_, now);
 }
 
 Line::BlindStop Line::blind_stop()

@@ -35,10 +35,12 @@ void Core::send_stop()
     for (auto& line : lines) {
         if (line->busy())
             line->absorb(now);
-        if (line->bus().link_trouble() == nullptr)
+        if (line->bus().link_trouble() == nullptr) {
+            line->note_the_stop(now);
             line->end_stop();
-        else
+        } else {
             line->prepare_stop(); // for when it is back
+        }
         line->owe_stop(line->bus().link_trouble() != nullptr);
     }
 }
@@ -73,11 +75,8 @@ bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look
 /// that where his answer to the command says that he is there.
 void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
 {
-    // A reading may say that it cannot do what it was told. After the first look the places are those of the stop.
-    const auto places = line.is_lost()     ? Joint::Places::none
-                        : look.number == 0 ? Joint::Places::fresh
-                                           : Joint::Places::latest;
-    const bool unseen = joint.is_unseen(places, look.begun);
+    // A reading may say that it cannot do what it was told.
+    const bool unseen = Line::is_unseen(joint, line.is_lost() ? Joint::Places::none : Joint::Places::fresh);
     const Mode now = joint.stopping(unseen);
     const bool is_new = std::exchange(outcome.did, now) != now;
     const bool has_not_heard = joint.unheard_ || joint.is_limp(now);
@@ -86,7 +85,7 @@ void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
                        (is_time && (has_not_heard || !joint.acknowledges_));
     if (tells)
         if (const auto plan = joint.plan_policy(*joint.driver_, unseen)) {
-            joint.begin_telling(now, look.begun);
+            joint.begin_telling(now, joint.place_to_hold(), look.begun);
             line.add(joint, plan->all());
         }
     const bool may_be_gone = look.number == 0 || joint.missing_since_;
@@ -159,6 +158,40 @@ bool Core::heed_another_stop()
     return is_asked_for;
 }
 
+/// Who was braked, for it was not known where he was, falls under his load until he is told where to hold: each is
+/// asked that and told at once, one after another. Whether anybody was.
+bool Core::hold_what_was_braked(std::vector<Stopped>& outcomes)
+{
+    const auto is_braked = [&](const Line& line, const Joint& joint) {
+        return joint.is_told_ && joint.told_ != Mode::hold && joint.stopping(false) == Mode::hold && !line.is_lost() &&
+               joint.silences_ == 0 && outcome_of(joint, outcomes).outcome != Stopped::Outcome::failed;
+    };
+    const auto exchange_with = [&](Line& one, Joint& joint, const std::expected<wire::Requests, Error>& plan) {
+        for (auto& line : lines)
+            line->clear();
+        if (plan)
+            one.add(joint, plan->all());
+        exchange_lines();
+    };
+    bool any = false;
+    for (auto& line : lines)
+        for (Joint* joint : line->joints())
+            for (int times = 0; times < most_repetitions && is_braked(*line, *joint) && !stop_asked_.load(); ++times) {
+                const TimePoint begun = clock->now();
+                exchange_with(*line, *joint, joint->driver_->plan_read(Depth::motion));
+                if (!joint->raw_.position_rad || joint->raw_.position_rad.at() < begun)
+                    continue; // it is not believed yet
+                const auto plan = joint->plan_policy(*joint->driver_, false);
+                joint->begin_telling(Mode::hold, joint->place_to_hold(), clock->now());
+                outcome_of(*joint, outcomes).did = Mode::hold;
+                outcome_of(*joint, outcomes).outcome = Stopped::Outcome::sent;
+                joint->stillness_.begin();
+                exchange_with(*line, *joint, plan);
+                any = true;
+            }
+    return any;
+}
+
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
     for (int look = 0;; ++look) {
@@ -167,7 +200,9 @@ void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);
-        if (!ask_again(outcomes, look, command) || (look >= fewest_looks && clock->now() >= end))
+        bool goes_on = ask_again(outcomes, look, command);
+        goes_on = hold_what_was_braked(outcomes) || goes_on;
+        if (!goes_on || (look >= fewest_looks && clock->now() >= end))
             return;
         const TimePoint until = clock->now() + between_looks;
         while (clock->now() < until)
@@ -263,14 +298,17 @@ void Core::plan_owed_stops(bool at_once)
             const bool is_news = at_once || joint->told_ != mode;
             if (!joint->owes_stop_ || (!is_news && now - joint->told_at_ < until_it_is_told_again))
                 continue;
+            if (unseen && !is_lost && joint->was_told_to_hold())
+                continue; // it took long to look at all the others
             // Once it stands: what turns is only told to hold. An `enable` lets go of all later.
-            const bool lets_go =
-                !is_news && joint->may_press_on_ && mode == Mode::hold && joint->stillness_.is_at_rest();
+            const bool lets_go = !is_news && joint->may_press_on_ && mode == Mode::hold &&
+                                 joint->stillness_.is_at_rest() && joint->lettings_go_ < most_repetitions;
             const auto plan =
                 lets_go ? plan_hold_anew(*joint->driver_, joint->raw_) : joint->plan_policy(*joint->driver_, unseen);
             if (plan) {
-                joint->begin_telling(mode, now);
+                joint->begin_telling(mode, joint->place_to_hold(), now);
                 joint->has_let_go_of_it_ = lets_go;
+                joint->lettings_go_ += lets_go ? 1 : 0;
                 line->add(*joint, plan->all());
             }
         }
@@ -289,6 +327,26 @@ void Core::hear_of_owed_stops(TimePoint begun)
     }
 }
 
+/// To hold, each must be told where he is now.
+void Core::tell_owed_stops()
+{
+    if (std::ranges::none_of(joints, &Joint::owes_stop_))
+        return;
+    for (auto& line : lines)
+        line->plan_first_look(clock->now());
+    exchange_lines();
+    for (auto& line : lines)
+        line->clear();
+    const TimePoint begun = clock->now();
+    plan_owed_stops(false);
+    for (auto& line : lines)
+        for (Joint* joint : line->joints())
+            if (joint->owes_stop_)
+                (void)line->plan_read(*joint, Depth::full);
+    exchange_lines();
+    hear_of_owed_stops(begun);
+}
+
 std::vector<Stopped> Core::stop(const std::string& why)
 {
     const bool was_enabled = enabled;
@@ -297,16 +355,15 @@ std::vector<Stopped> Core::stop(const std::string& why)
     for (Joint& joint : joints) {
         joint.may_press_on_ = joint.may_press_on_ || joint.presses();
         joint.note_whether_it_turns();
-        joint.silences_ = 0;
+        joint.silences_ = joint.lettings_go_ = 0;
         joint.silent_for_ = {};
-        joint.is_given_up_ = joint.is_heard_again_ = false;
+        joint.is_told_ = joint.is_given_up_ = joint.is_heard_again_ = false;
         const bool unseen = joint.is_unseen(Joint::Places::fresh, clock->now());
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(unseen)});
         joint.closed_ = "the robot is stopped; enable it again";
         joint.closed_by_.reset();
         joint.walk_.reset();
         joint.stillness_.begin();
-        joint.guard_.begin(joint.state_, clock->now());
     }
     if (!fault && was_enabled && !why.empty())
         incidents.add({clock->now(), {}, Errc::stopped, "the robot was stopped: " + why});
@@ -315,8 +372,10 @@ std::vector<Stopped> Core::stop(const std::string& why)
     is_stopping_ = true;
     show_life();
     const TimePoint end = clock->now() + longest_rest;
-    for (Joint& joint : joints)
+    for (Joint& joint : joints) {
         joint.relief_.clear(); // what was under way is over
+        joint.guard_.begin(joint.state_, clock->now());
+    }
     verify(outcomes, end);
     relieve(outcomes, end);
     conclude(outcomes);
@@ -326,6 +385,8 @@ std::vector<Stopped> Core::stop(const std::string& why)
         joint.owes_stop_ = outcome_of(joint, outcomes).outcome == Stopped::Outcome::failed;
     }
     is_stopping_ = false;
+    for (auto& line : lines)
+        tell_the_guardian(*line);
     rest();
     return outcomes;
 }
