@@ -233,66 +233,66 @@ protected:
         "version = 1\n[bus.s]\nfamily = \"sam\"\n[joint.arm]\nbus = \"s\"\nid = 1\nmodel = \"SAM-20\"\n"
         "[bus.t]\nfamily = \"sam\"\n[joint.other]\nbus = \"t\"\nid = 1\nmodel = \"SAM-20\"\n";
 
-    StoppedBefore() : rig(file_of(two_buses))
+    StoppedBefore() : rig_(file_of(two_buses))
     {
-        rig.enable();
-        EXPECT_EQ(said(rig.run(200ms)), "");
-        for (const auto& one : rig.robot->stop())
+        rig_.enable();
+        EXPECT_EQ(said(rig_.run(200ms)), "");
+        for (const auto& one : rig_.robot->stop())
             EXPECT_EQ(one.outcome, Stopped::Outcome::confirmed);
         cycle(20);
     }
     void cycle(int times)
     {
         for (int i = 0; i < times; ++i) {
-            (void)rig.robot->cycle();
-            wait(*rig.simulator, 10ms);
+            (void)rig_.robot->cycle();
+            wait(*rig_.simulator, 10ms);
         }
     }
     void switch_off_and_guide()
     {
-        rig.inject(sim::FaultKind::power_cut, "arm", 1.0);
+        rig_.inject(sim::FaultKind::power_cut, "arm", 1.0);
         sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = 0.2};
         push.torque_nm = 0.2;
-        rig.simulator->world().inject(push);
+        rig_.simulator->world().inject(push);
         cycle(200);
-        ASSERT_GT(units::deg(std::abs(rig.truth_rad("arm"))), 20.0);
-        leap.emplace(rig);
+        ASSERT_GT(units::deg(std::abs(rig_.truth_rad("arm"))), 20.0);
+        leap_.emplace(rig_);
     }
     double furthest_deg()
     {
-        for (int i = 0; i < 100; ++i, leap->look())
+        for (int i = 0; i < 100; ++i, leap_->look())
             cycle(1);
-        return leap->furthest_deg();
+        return leap_->furthest_deg();
     }
     void plug(bool is_in)
     {
         for (const auto* bus : {"t", "s"})
-            ASSERT_TRUE(rig.simulator->set_plugged(bus, is_in));
+            ASSERT_TRUE(rig_.simulator->set_plugged(bus, is_in));
     }
 
-    Rig rig;
-    std::optional<Leap> leap;
+    Rig rig_;
+    std::optional<Leap> leap_;
 };
 
 TEST_F(StoppedBefore, AnotherStopTellsTheArmNoPlace)
 {
     switch_off_and_guide();
-    rig.robot->request_stop();
+    rig_.robot->request_stop();
     EXPECT_LT(furthest_deg(), hardly_deg);
 }
 
 TEST_F(StoppedBefore, AnotherStopBeforeAReadingTellsTheArmNoPlace)
 {
     switch_off_and_guide();
-    rig.robot->request_stop();
-    (void)rig.robot->read();
+    rig_.robot->request_stop();
+    (void)rig_.robot->read();
     EXPECT_LT(furthest_deg(), hardly_deg);
 }
 
 TEST_F(StoppedBefore, TheLinkOfAnotherBusThatIsLostTellsTheArmNoPlace)
 {
     switch_off_and_guide();
-    ASSERT_TRUE(rig.simulator->set_plugged("t", false));
+    ASSERT_TRUE(rig_.simulator->set_plugged("t", false));
     EXPECT_LT(furthest_deg(), hardly_deg);
 }
 
@@ -307,20 +307,20 @@ TEST_F(StoppedBefore, LinksThatWereLostAndAreBackTellTheArmNoPlace)
 TEST_F(StoppedBefore, AStopThatTheProgramCallsHoldsTheArmWhereItIs)
 {
     switch_off_and_guide();
-    rig.robot->request_stop();
-    (void)rig.robot->stop();
+    rig_.robot->request_stop();
+    (void)rig_.robot->stop();
     EXPECT_LT(furthest_deg(), hardly_deg);
-    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general") << "and not limp";
+    EXPECT_EQ(rig_.simulator->world().look("arm")->mode, "general") << "and not limp";
 }
 
 TEST_F(StoppedBefore, AnArmThatHoldsGoesOnHoldingWhateverElseIsAskedToStop)
 {
-    rig.robot->request_stop();
+    rig_.robot->request_stop();
     cycle(20);
-    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
-    ASSERT_TRUE(rig.simulator->set_plugged("t", false));
+    EXPECT_EQ(rig_.simulator->world().look("arm")->mode, "general");
+    ASSERT_TRUE(rig_.simulator->set_plugged("t", false));
     cycle(20);
-    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
+    EXPECT_EQ(rig_.simulator->world().look("arm")->mode, "general");
 }
 
 TEST(Paused, AServoOfASlowLineThatTurnsIsHeldWhereItIsWhenItIsStopped)
