@@ -290,6 +290,8 @@ std::expected<void, Error> Core::take_hold()
 {
     if (auto done = switch_all_on(); !done)
         return done;
+    for (Joint& joint : joints)
+        joint.owes_stop_ = false; // all of them hold, and are not to be told the policy by what reads them
     if (auto done = read(Depth::motion); !done)
         return done;
     const TimePoint now = clock->now();
