@@ -173,6 +173,8 @@ void Core::let_a_stop_out()
 std::expected<void, Error> Core::read_only()
 {
     let_a_stop_out();
+    for (auto& line : lines)
+        line->forget_where_it_held(clock->now());
     tell_owed_stops();
     for (auto& line : lines) {
         line->clear();
@@ -348,6 +350,8 @@ std::expected<void, Error> Core::end_exchanges()
 std::expected<void, Error> Core::read(Depth depth)
 {
     let_a_stop_out();
+    for (auto& line : lines)
+        line->forget_where_it_held(clock->now());
     if (!enabled)
         tell_owed_stops();
     const TimePoint begun = clock->now();

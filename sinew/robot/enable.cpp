@@ -238,6 +238,8 @@ std::expected<void, Error> Core::read_where_they_are()
 /// Nothing is driven by that.
 std::expected<void, Error> Core::look_before_enabling()
 {
+    for (auto& line : lines)
+        line->forget_where_it_held(clock->now());
     if (auto back = bring_links_back(); !back)
         return back;
     if (auto fine = check_no_stop(); !fine)
@@ -261,8 +263,10 @@ std::expected<void, Error> Core::look_before_enabling()
     if (auto done = read_where_they_are(); !done)
         return done;
     // From here on every joint is to hold, and a stop must not let go what a device held before.
-    for (Joint& joint : joints)
+    for (Joint& joint : joints) {
         joint.command_ = {.mode = Mode::hold};
+        joint.is_told_ = false; // by the stop before
+    }
     for (auto& line : lines)
         line->prepare_stop();
     if (auto watched = hand_over(); !watched)

@@ -261,6 +261,7 @@ void Line::note_exchange(Duration time)
 void Line::absorb(TimePoint now)
 {
     busy_ = false;
+    absorbed_at_ = now;
     note_exchange(exchange());
     const auto wire = bus_->conversation().line();
     for (std::size_t i = 0; i < size_; ++i) {
@@ -300,8 +301,13 @@ void Line::look_after(Joint& joint, TimePoint now)
     const bool is_afresh = joint.counts_from_power_on() && (!reset.empty() || joint.leapt_ || joint.is_back());
     if (joint.driver_->take_lost_count() || is_afresh)
         joint.forget_reference();
-    if (joint.closed_ != nullptr && !joint.closed_by_)
+    if (joint.closed_ != nullptr && !joint.closed_by_) {
+        if (joint.is_back()) { // where it held before, it may hold no more
+            joint.silence_.reset();
+            joint.is_held_ = false;
+        }
         return;
+    }
     if (!reset.empty() && !joint.must_set_up_)
         joint.start_afresh(fmt::format("{} has started afresh: {}", joint.name(), reset), now);
     else if (joint.leapt_)

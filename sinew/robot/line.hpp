@@ -47,6 +47,7 @@ public:
     /// Makes ready what a stop sends; not while an exchange runs.
     void prepare_stop();
     void note_the_stop(TimePoint now);
+    void forget_where_it_held(TimePoint now);
     /// Whether it must not be told a place in a stop.
     static bool is_unseen(const Joint& joint, Joint::Places places);
     /// What a cycle carries beside the commands, now and then: settings of a device that has started afresh, the rest
@@ -116,7 +117,7 @@ private:
     bool whole_ = true;
     const Pause& pause_;
     TimePoint due_{};
-    TimePoint begun_at_{};
+    TimePoint begun_at_{}, absorbed_at_{};
     Duration interval_{};
     bool busy_ = false;
     bool has_looked_ = false; ///< for the cycle that comes

@@ -1,5 +1,6 @@
 #include "sinew/family/broadcast.hpp"
 #include "sinew/robot/line.hpp"
+#include "sinew/robot/rules.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -53,6 +54,14 @@ void Line::prepare_stop()
         joint->ready_ = joint->stopping(is_unseen(*joint, places));
         joint->ready_place_ = joint->place_to_hold();
     }
+}
+
+/// Since nobody has asked, its joints may have lost their supply, and have been moved.
+void Line::forget_where_it_held(TimePoint now)
+{
+    if (!busy_ && now - absorbed_at_ > doubtful_silence)
+        for (Joint* joint : joints_)
+            joint->is_held_ = false;
 }
 
 /// It has gone out.

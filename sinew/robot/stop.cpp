@@ -76,7 +76,8 @@ bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look
 void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
 {
     // A reading may say that it cannot do what it was told.
-    const bool unseen = Line::is_unseen(joint, line.is_lost() ? Joint::Places::none : Joint::Places::fresh);
+    const bool is_lost = line.bus().link_trouble() != nullptr;
+    const bool unseen = Line::is_unseen(joint, is_lost ? Joint::Places::none : Joint::Places::fresh);
     const Mode now = joint.stopping(unseen);
     const bool is_new = std::exchange(outcome.did, now) != now;
     const bool has_not_heard = joint.unheard_ || joint.is_limp(now);
@@ -153,8 +154,11 @@ bool Core::ask_again(std::vector<Stopped>& outcomes, int number, bool commands)
 bool Core::heed_another_stop()
 {
     const bool is_asked_for = stop_asked_.exchange(false);
-    if (is_asked_for)
+    if (is_asked_for) {
+        for (bus::Bus* bus : buses)
+            bus->clear_stop(); // it ended what ran, and had nothing to send
         send_stop();
+    }
     return is_asked_for;
 }
 
@@ -162,9 +166,10 @@ bool Core::heed_another_stop()
 /// asked that and told at once, one after another. Whether anybody was.
 bool Core::hold_what_was_braked(std::vector<Stopped>& outcomes)
 {
-    const auto is_braked = [&](const Line& line, const Joint& joint) {
-        return joint.is_told_ && joint.told_ != Mode::hold && joint.stopping(false) == Mode::hold && !line.is_lost() &&
-               joint.silences_ == 0 && outcome_of(joint, outcomes).outcome != Stopped::Outcome::failed;
+    const auto is_braked = [&](Line& line, const Joint& joint) {
+        return joint.is_told_ && joint.told_ != Mode::hold && joint.stopping(false) == Mode::hold &&
+               line.bus().link_trouble() == nullptr && joint.silences_ == 0 &&
+               outcome_of(joint, outcomes).outcome != Stopped::Outcome::failed;
     };
     const auto exchange_with = [&](Line& one, Joint& joint, const std::expected<wire::Requests, Error>& plan) {
         for (auto& line : lines)
@@ -352,6 +357,8 @@ std::vector<Stopped> Core::stop(const std::string& why)
     const bool was_enabled = enabled;
     enabled = false;
     std::vector<Stopped> outcomes;
+    for (auto& line : lines)
+        line->forget_where_it_held(clock->now());
     for (Joint& joint : joints) {
         joint.may_press_on_ = joint.may_press_on_ || joint.presses();
         joint.note_whether_it_turns();

@@ -149,6 +149,37 @@ TEST(Loaded, AMotorThatHasNotHeardItsStopIsToldItByAnotherOneWhateverTheProgramD
     }
 }
 
+/// It owed the stop before, by a policy that lets its load down.
+TEST(Loaded, AnEnableThatSucceedsLeavesNobodyBraked)
+{
+    Rig rig(file_of(file_text({.others = 15, .bit_rate = 9600}) + "[safety]\npolicy = \"brake\"\n"));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    rig.inject(sim::FaultKind::unplug, "arm");
+    EXPECT_EQ(rig.robot->stop().front().outcome, Stopped::Outcome::failed);
+    rig.simulator->world().mend("arm");
+    rig.enable();
+    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
+}
+
+/// An adapter that was pulled and put back: it may be braked first, for nobody knows where it is.
+TEST(Loaded, AnArmWhoseLinkIsBackIsHeldByEveryStopThatFollows)
+{
+    Rig rig(file_of(file_text({.gravity_torque_nm = 0.5})));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", true));
+    cycle(rig, 100);
+    for (int times = 0; times < 3; ++times) {
+        const auto arm = rig.robot->stop().front();
+        EXPECT_EQ(arm.outcome, Stopped::Outcome::confirmed) << to_sentence(arm.why);
+        EXPECT_EQ(arm.did, Mode::hold);
+        EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
+    }
+}
+
 /// Each letting go lets the load down, and none is acknowledged.
 TEST(Loaded, AMotorThatOwesItsStopIsLetGoOfThreeTimesAtMost)
 {

@@ -258,8 +258,10 @@ protected:
         ASSERT_GT(units::deg(std::abs(rig_.truth_rad("arm"))), 20.0);
         leap_.emplace(rig_);
     }
-    double furthest_deg()
+    double furthest_deg_after(const std::function<void()>& what)
     {
+        switch_off_and_guide();
+        what();
         for (int i = 0; i < 100; ++i, leap_->look())
             cycle(1);
         return leap_->furthest_deg();
@@ -276,41 +278,72 @@ protected:
 
 TEST_F(StoppedBefore, AnotherStopTellsTheArmNoPlace)
 {
-    switch_off_and_guide();
-    rig_.robot->request_stop();
-    EXPECT_LT(furthest_deg(), hardly_deg);
+    EXPECT_LT(furthest_deg_after([&] { rig_.robot->request_stop(); }), hardly_deg);
 }
 
 TEST_F(StoppedBefore, AnotherStopBeforeAReadingTellsTheArmNoPlace)
 {
-    switch_off_and_guide();
-    rig_.robot->request_stop();
-    (void)rig_.robot->read();
-    EXPECT_LT(furthest_deg(), hardly_deg);
+    const auto stop_and_read = [&] {
+        rig_.robot->request_stop();
+        (void)rig_.robot->read();
+    };
+    EXPECT_LT(furthest_deg_after(stop_and_read), hardly_deg);
 }
 
 TEST_F(StoppedBefore, TheLinkOfAnotherBusThatIsLostTellsTheArmNoPlace)
 {
-    switch_off_and_guide();
-    ASSERT_TRUE(rig_.simulator->set_plugged("t", false));
-    EXPECT_LT(furthest_deg(), hardly_deg);
+    EXPECT_LT(furthest_deg_after([&] { EXPECT_TRUE(rig_.simulator->set_plugged("t", false)); }), hardly_deg);
 }
 
 TEST_F(StoppedBefore, LinksThatWereLostAndAreBackTellTheArmNoPlace)
 {
     plug(false);
-    switch_off_and_guide();
-    plug(true);
-    EXPECT_LT(furthest_deg(), hardly_deg);
+    EXPECT_LT(furthest_deg_after([&] { plug(true); }), hardly_deg);
 }
 
 TEST_F(StoppedBefore, AStopThatTheProgramCallsHoldsTheArmWhereItIs)
 {
-    switch_off_and_guide();
-    rig_.robot->request_stop();
-    (void)rig_.robot->stop();
-    EXPECT_LT(furthest_deg(), hardly_deg);
+    const auto stop_twice = [&] {
+        rig_.robot->request_stop();
+        (void)rig_.robot->stop();
+    };
+    EXPECT_LT(furthest_deg_after(stop_twice), hardly_deg);
     EXPECT_EQ(rig_.simulator->world().look("arm")->mode, "general") << "and not limp";
+}
+
+/// Nearer than its load could have brought it, while nobody asked.
+TEST_F(StoppedBefore, AnArmThatWasMovedALittleWhileItsProgramWaitedIsHeldWhereItIs)
+{
+    for (const bool enables : {false, true}) {
+        rig_.enable();
+        ASSERT_EQ(said(rig_.run(200ms)), "");
+        (void)rig_.robot->stop();
+        const double before_rad = rig_.truth_rad("arm");
+        rig_.inject(sim::FaultKind::power_cut, "arm", 1.0);
+        sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = 0.1};
+        push.torque_nm = 0.15;
+        rig_.simulator->world().inject(push);
+        wait(*rig_.simulator, 3s);
+        const double moved_deg = units::deg(std::abs(rig_.truth_rad("arm") - before_rad));
+        ASSERT_TRUE(moved_deg > 3.0 && moved_deg < 9.0) << moved_deg;
+        Leap leap(rig_);
+        rig_.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+            constexpr std::uint8_t position_control = 0xC8;
+            leap.look();
+            if (enables && tapped.bytes.size() > 2 && tapped.bytes[2] == position_control)
+                rig_.robot->request_stop();
+        });
+        if (enables) {
+            EXPECT_EQ(rig_.robot->enable().error().code, Errc::stopped);
+        } else {
+            ASSERT_EQ(said(rig_.robot->read()), "");
+            (void)rig_.robot->stop();
+        }
+        rig_.robot->buses()[0]->set_tap({});
+        for (int i = 0; i < 50; ++i, leap.look())
+            cycle(1);
+        EXPECT_LT(leap.furthest_deg(), hardly_deg) << enables;
+    }
 }
 
 TEST_F(StoppedBefore, AnArmThatHoldsGoesOnHoldingWhateverElseIsAskedToStop)
