@@ -96,38 +96,43 @@ TEST(Paused, WhatACallbackSaysAfterItWaitedBeginsWhereTheArmIsNow)
     }
 }
 
-TEST(Paused, AHoldThatWasSetBeforeAReadingHoldsWhereThatFoundTheArm)
+/// The arm was braked and guided by hand while its program waited.
+class GuidedBefore : public testing::Test
 {
-    Rig rig(file_of(arm_among_others()));
-    rig.enable();
-    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
-    ASSERT_EQ(said(rig.run(200ms)), "");
-    guide_by_hand(*rig.simulator, 400ms, 0.5);
-    Leap leap(rig);
-    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::hold})), "");
-    ASSERT_EQ(said(rig.robot->read()), "");
-    for (int i = 0; i < 100; ++i, leap.look())
-        ASSERT_EQ(said(rig.run(10ms)), "");
-    EXPECT_LT(leap.furthest_deg(), hardly_deg);
+protected:
+    void SetUp() override
+    {
+        rig_.enable();
+        ASSERT_EQ(said(rig_.robot->set("arm", {.mode = Mode::brake})), "");
+        ASSERT_EQ(said(rig_.run(200ms)), "");
+        guide_by_hand(*rig_.simulator, 400ms, 0.5);
+        leap_.emplace(rig_);
+    }
+
+    Rig rig_{file_of(arm_among_others())};
+    std::optional<Leap> leap_;
+};
+
+TEST_F(GuidedBefore, AHoldThatWasSetBeforeAReadingHoldsWhereThatFoundTheArm)
+{
+    ASSERT_EQ(said(rig_.robot->set("arm", {.mode = Mode::hold})), "");
+    ASSERT_EQ(said(rig_.robot->read()), "");
+    for (int i = 0; i < 100; ++i, leap_->look())
+        ASSERT_EQ(said(rig_.run(10ms)), "");
+    EXPECT_LT(leap_->furthest_deg(), hardly_deg);
 }
 
-TEST(Paused, AStopDuringTheFirstLookAfterAPauseTellsNoPlaceOfBefore)
+TEST_F(GuidedBefore, AStopDuringTheFirstLookAfterAPauseTellsNoPlaceOfBefore)
 {
-    Rig rig(file_of(arm_among_others()));
-    rig.enable();
-    ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::brake})), "");
-    ASSERT_EQ(said(rig.run(200ms)), "");
-    guide_by_hand(*rig.simulator, 400ms, 0.5);
-    Leap leap(rig);
     int asked = 0;
-    rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
-        leap.look();
+    rig_.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+        leap_->look();
         if (tapped.verdict == bus::Verdict::sent && ++asked == 3)
-            rig.robot->request_stop();
+            rig_.robot->request_stop();
     });
-    EXPECT_EQ(rig.robot->cycle().error().code, Errc::stopped);
-    leap.look();
-    EXPECT_LT(leap.furthest_deg(), hardly_deg);
+    EXPECT_EQ(rig_.robot->cycle().error().code, Errc::stopped);
+    leap_->look();
+    EXPECT_LT(leap_->furthest_deg(), hardly_deg);
 }
 
 /// A link that says when it was read, as those of the system do, and not when the answer came.
