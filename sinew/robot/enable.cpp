@@ -36,7 +36,7 @@ void Core::tell_owed_stop(Line& line)
     auto& bus = line.bus();
     if (!line.owes_stop())
         return;
-    line.prepare_stop();
+    line.prepare_stop(clock->now());
     bus.set_stop(line.unseen_stop_requests()); // where its shafts are now is not known, though one may have answered
     bus.request_stop();
     if (bus.link_trouble() == nullptr)
@@ -179,9 +179,11 @@ std::expected<void, Error> Core::enable()
         stop_asked_.store(false); // it is told
         tell_owed_stops();
     }
-    for (auto& line : lines)
+    for (auto& line : lines) { // nothing was driven
         if (!line->owes_stop())
-            line->bus().set_stop({}); // nothing was driven
+            line->bus().set_stop({});
+        tell_the_guardian(*line);
+    }
     return done;
 }
 
@@ -191,7 +193,7 @@ std::expected<void, Error> Core::hold_all()
     if (auto fine = heed_the_guardian(); !fine)
         return fine;
     for (auto& line : lines)
-        line->prepare_stop(); // what is ready is of the last cycle, which may be long ago
+        line->prepare_stop(clock->now()); // what is ready is of the last cycle, which may be long ago
     drive();
     for (auto& line : lines)
         if (line->busy())
@@ -268,7 +270,7 @@ std::expected<void, Error> Core::look_before_enabling()
         joint.is_told_ = false; // by the stop before
     }
     for (auto& line : lines)
-        line->prepare_stop();
+        line->prepare_stop(clock->now());
     if (auto watched = hand_over(); !watched)
         return watched;
     return check_no_stop();
@@ -315,7 +317,7 @@ std::expected<void, Error> Core::take_hold()
     enabled = true;
     for (auto& line : lines) {
         line->begin();
-        line->prepare_stop();
+        line->prepare_stop(clock->now());
         tell_the_guardian(*line);
     }
     pause.begin(clock->now());

@@ -13,7 +13,7 @@ constexpr Duration between_beats = std::chrono::milliseconds{20};
 /// A guardian cannot look.
 StopFrames frames_of(Line& line, TimePoint now)
 {
-    const auto [requests, until] = line.blind_stop();
+    const auto [requests, until] = line.blind_stop(now);
     return {.seen = requests, .unseen = line.unseen_stop_requests(), .seen_for = until - now};
 }
 
@@ -41,8 +41,9 @@ std::expected<void, Error> Core::hand_over(std::size_t line)
     const int handle = std::visit([](const auto& link) { return link->handle(); }, bus.link());
     if (handle < 0 && bus.link_trouble() == nullptr)
         return {};
-    lines[line]->prepare_stop();
-    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line], clock->now()));
+    const TimePoint now = clock->now();
+    lines[line]->prepare_stop(now);
+    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line], now));
     if (watched)
         known_[line] = bus.losses();
     return watched;

@@ -234,7 +234,8 @@ private:
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
     Duration interval_{};                    ///< at which it is looked at
-    Duration exchange_{};                    ///< what the answers of the latest one of its line took
+    Duration asked_for_{};                   ///< what its answers took, the last time
+    Duration exchange_{};                    ///< the same of all of its line
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {
         TimePoint since{};

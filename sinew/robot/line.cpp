@@ -115,7 +115,7 @@ void Line::plan_cycle(TimePoint now)
 {
     clear();
     has_looked_ = false;
-    prepare_stop();
+    prepare_stop(now + exchange());
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
         if (joint->must_set_up_)
@@ -238,17 +238,29 @@ void Line::plan_first_look(TimePoint now)
 
 void Line::start()
 {
+    if (bus_->link_trouble() == nullptr && bus_->losses() != seen_losses_) {
+        seen_losses_ = bus_->losses();
+        back_since_ = joints_.empty() ? TimePoint{} : joints_.front()->now();
+    }
     bus_->start(requests(), std::span(results_).first(size_));
     busy_ = true;
 }
 
-/// What its answers took. Those that are missing say nothing of how long it takes to look at all.
+/// What is missing says nothing of that, nor who was not asked.
+void Line::note_times()
+{
+    for (const bool begins : {true, false})
+        for (std::size_t i = 0; i < size_; ++i)
+            if (Joint* joint = owners_[i]; joint != nullptr && results_[i].good)
+                joint->asked_for_ = begins ? Duration{} : joint->asked_for_ + (results_[i].at - results_[i].sent_at);
+    note_exchange(exchange());
+}
+
 Duration Line::exchange() const
 {
     Duration all{};
-    for (const auto& result : results())
-        if (result.good)
-            all += result.at - result.sent_at;
+    for (const Joint* joint : joints_)
+        all += joint->asked_for_;
     return all;
 }
 
@@ -262,7 +274,7 @@ void Line::absorb(TimePoint now)
 {
     busy_ = false;
     absorbed_at_ = now;
-    note_exchange(exchange());
+    note_times();
     const auto wire = bus_->conversation().line();
     for (std::size_t i = 0; i < size_; ++i) {
         const auto& request = requests_[i];

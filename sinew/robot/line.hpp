@@ -44,12 +44,12 @@ public:
     std::span<const bus::Result> results() const { return std::span(results_).first(size_); }
     Joint& owner(std::size_t request) { return *owners_[request]; }
 
-    /// Makes ready what a stop sends; not while an exchange runs.
-    void prepare_stop();
+    /// Makes ready what a stop sends, at `at` at the latest; not while an exchange runs.
+    void prepare_stop(TimePoint at);
     void note_the_stop(TimePoint now);
     void forget_where_it_held(TimePoint now);
-    /// Whether it must not be told a place in a stop.
-    static bool is_unseen(const Joint& joint, Joint::Places places);
+    /// Whether it must not be told a place in a stop then.
+    bool is_unseen(const Joint& joint, Joint::Places places, TimePoint at) const;
     /// What a cycle carries beside the commands, now and then: settings of a device that has started afresh, the rest
     /// of its state, and whether it has.
     enum class Beside : std::uint8_t { settings, full_state, reset_check };
@@ -63,7 +63,7 @@ public:
         std::span<const wire::Request> requests;
         TimePoint until{};
     };
-    BlindStop blind_stop();
+    BlindStop blind_stop(TimePoint now);
 
     // ---- the exchange ----
 
@@ -71,8 +71,8 @@ public:
     bool busy() const { return busy_; }
     /// After its end: what came back goes to the joints.
     void absorb(TimePoint now);
+    /// How long it takes to look at all joints, each as it was asked last.
     Duration exchange() const;
-    /// How long it takes to look at all joints.
     void note_exchange(Duration time);
     /// What the supervisors find; limits and time-outs are seen to, a fault of the robot is returned.
     Finding judge(TimePoint now);
@@ -105,7 +105,9 @@ public:
 private:
     friend class LoadOfLine; // load.cpp
 
-    TimePoint collect_stop(std::vector<wire::Request>& into, Joint::Places places) const;
+    TimePoint collect_stop(std::vector<wire::Request>& into, Joint::Places places, TimePoint at) const;
+    bool is_of_before_a_loss(const Joint& joint) const;
+    void note_times();
     bool plan_group(TimePoint now);
     void add_extras(TimePoint now);
     Finding judge(Joint& joint, TimePoint now) const;
@@ -122,7 +124,8 @@ private:
     bool busy_ = false;
     bool has_looked_ = false; ///< for the cycle that comes
     bool owes_stop_ = false;
-    std::uint64_t losses_ = 0;
+    std::uint64_t losses_ = 0, seen_losses_ = 0;
+    TimePoint back_since_{}; ///< the link was there when an exchange began, after the latest loss that was seen
     std::vector<Joint*> joints_;
     std::vector<Joint*> group_; ///< ids 1 to 4 of an RMD bus
     std::vector<wire::Request> requests_;

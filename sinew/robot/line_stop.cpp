@@ -8,30 +8,36 @@
 /// What a stop sends to one bus, made ready beforehand.
 namespace sinew::robot {
 
+bool Line::is_of_before_a_loss(const Joint& joint) const
+{
+    return bus_->losses() != seen_losses_ || (joint.raw_.position_rad && joint.raw_.position_rad.at() < back_since_);
+}
+
 /// Where it was before it was braked it is no more.
-bool Line::is_unseen(const Joint& joint, Joint::Places places)
+bool Line::is_unseen(const Joint& joint, Joint::Places places, TimePoint at) const
 {
     const bool was_braked = joint.is_told_ && joint.told_ != Mode::hold;
     const bool is_before = was_braked && joint.holds_a_position_ && joint.raw_.position_rad &&
                            joint.raw_.position_rad.at() <= joint.told_at_;
-    return places == Joint::Places::none || is_before ||
-           (!joint.was_told_to_hold() && joint.is_unseen(places, joint.now()));
+    return places == Joint::Places::none || bus_->link_trouble() != nullptr || is_before ||
+           (!joint.was_told_to_hold() &&
+            ((joint.holds_a_position_ && is_of_before_a_loss(joint)) || joint.is_unseen(places, at)));
 }
 
 /// Until when it is right: what holds a position must be told where it is now. Nothing else changes but by the command.
-TimePoint Line::collect_stop(std::vector<wire::Request>& into, Joint::Places places) const
+TimePoint Line::collect_stop(std::vector<wire::Request>& into, Joint::Places places, TimePoint at) const
 {
     into.clear();
     const auto is_told = [&](Mode mode) {
         return std::ranges::all_of(
-            joints_, [&](const Joint* joint) { return joint->stopping(is_unseen(*joint, places)) == mode; });
+            joints_, [&](const Joint* joint) { return joint->stopping(is_unseen(*joint, places, at)) == mode; });
     };
     TimePoint until = TimePoint::max();
     if (!joints_.empty())
         if (const auto all = stop_of_all(joints_.front()->family()); all && is_told(all->mode))
             into.push_back(all->request);
     for (Joint* joint : joints_) {
-        const bool unseen = is_unseen(*joint, places);
+        const bool unseen = is_unseen(*joint, places, at);
         if (const auto requests = joint->plan_policy(*joint->stopper_, unseen))
             for (const auto& request : requests->all())
                 into.push_back(request);
@@ -41,17 +47,18 @@ TimePoint Line::collect_stop(std::vector<wire::Request>& into, Joint::Places pla
     return until;
 }
 
-void Line::prepare_stop()
+/// Whose place may be too old then is told none from the beginning: where one is too old when it is sent, none is told
+/// to all.
+void Line::prepare_stop(TimePoint at)
 {
     if (busy_)
         return;
     using enum Joint::Places;
-    const auto places = is_lost() ? none : fresh;
-    const TimePoint until = collect_stop(stop_requests_, places);
-    collect_stop(unseen_stop_requests_, none);
+    const TimePoint until = collect_stop(stop_requests_, fresh, at);
+    collect_stop(unseen_stop_requests_, none, at);
     bus_->set_stop(stop_requests_, until, unseen_stop_requests_);
     for (Joint* joint : joints_) {
-        joint->ready_ = joint->stopping(is_unseen(*joint, places));
+        joint->ready_ = joint->stopping(is_unseen(*joint, fresh, at));
         joint->ready_place_ = joint->place_to_hold();
     }
 }
@@ -71,10 +78,9 @@ void Line::note_the_stop(TimePoint now)
         joint->begin_telling(bus_->said_later() ? joint->stopping(true) : joint->ready_, joint->ready_place_, now);
 }
 
-Line::BlindStop Line::blind_stop()
+Line::BlindStop Line::blind_stop(TimePoint now)
 {
-    using enum Joint::Places;
-    const TimePoint until = collect_stop(blind_stop_requests_, is_lost() ? none : latest);
+    const TimePoint until = collect_stop(blind_stop_requests_, Joint::Places::latest, now);
     return {blind_stop_requests_, until};
 }
 

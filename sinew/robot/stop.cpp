@@ -27,7 +27,7 @@ constexpr Duration between_looks = std::chrono::milliseconds{20};
 void Core::send_stop()
 {
     for (auto& line : lines)
-        line->prepare_stop();
+        line->prepare_stop(clock->now());
     for (bus::Bus* bus : buses)
         bus->request_stop();
     drive();
@@ -39,7 +39,7 @@ void Core::send_stop()
             line->note_the_stop(now);
             line->end_stop();
         } else {
-            line->prepare_stop(); // for when it is back
+            line->prepare_stop(now); // for when it is back
         }
         line->owe_stop(line->bus().link_trouble() != nullptr);
     }
@@ -76,8 +76,7 @@ bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look
 void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
 {
     // A reading may say that it cannot do what it was told.
-    const bool is_lost = line.bus().link_trouble() != nullptr;
-    const bool unseen = Line::is_unseen(joint, is_lost ? Joint::Places::none : Joint::Places::fresh);
+    const bool unseen = line.is_unseen(joint, Joint::Places::fresh, clock->now());
     const Mode now = joint.stopping(unseen);
     const bool is_new = std::exchange(outcome.did, now) != now;
     const bool has_not_heard = joint.unheard_ || joint.is_limp(now);

@@ -39,14 +39,15 @@ StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, const 
         return Seen::too_far;
     if (!here || here.at() < looked_at_)
         return Seen::way;
+    if (current_a && std::abs(*current_a) < least_push_a)
+        idle_at_ = std::max(idle_at_, current_a.at());
     const double way = std::abs(*here - from_rad_);
     // An encoder that begins anew after a turn has not turned back.
     const double travelled = travelled_rad_ + std::min(way, 2.0 * velocity_rad_s_ * seconds(here.at() - looked_at_));
     const Duration time = here.at() - since_;
     if (time >= stand_still) {
         const bool stands = way < share_of_way * velocity_rad_s_ * seconds(time);
-        const bool is_idle =
-            current_a && std::abs(*current_a) < least_push_a && here.at() - current_a.at() < stand_still;
+        const bool is_idle = here.at() - idle_at_ < pushes_for;
         if (stands && (!is_idle || stood_idle_))
             return Seen::stop;
         stood_idle_ = stands;

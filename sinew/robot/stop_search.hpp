@@ -33,10 +33,13 @@ public:
 
     /// So long it must get along by less than a share of its way before something is in it.
     static constexpr Duration stand_still = std::chrono::milliseconds{200};
+    static constexpr double share_of_way = 0.3;
     static constexpr Duration gets_going = std::chrono::seconds{1};
     static_assert(gets_going > 2 * repetition);
     static constexpr double least_push_a = 0.05; ///< less is none: half a step of the coarsest reading (Nuri)
-    static constexpr double share_of_way = 0.3;
+    /// In every reading for so long: one that stands free may read a step now and then.
+    static constexpr Duration pushes_for = std::chrono::milliseconds{100};
+    static_assert(pushes_for < (1.0 - share_of_way) * stand_still); // of all that it has been standing
 
     StopSearch() = default;
     /// Of a joint that begins here, with its home velocity.
@@ -56,6 +59,7 @@ private:
     TimePoint looked_at_{}; ///< at `from_rad_`
     TimePoint since_{};     ///< and from then on it must get along
     TimePoint until_{};
+    TimePoint idle_at_{};     ///< it did not push
     bool stood_idle_ = false; ///< without a push, once
 };
 

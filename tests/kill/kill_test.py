@@ -184,6 +184,25 @@ class Kill(unittest.TestCase):
             with self.subTest(number=number, way=way, policy=policy, part=part, victim=victim):
                 self.kill_one(way, policy, part, victim, chance)
 
+    def test_what_holds_since_its_robot_was_stopped_holds_on_when_its_program_is_killed(self):
+        """What a guardian said would lead it back, or let its load down."""
+        program, _ = self.start("hold", self.sim.link)
+        try:
+            self.next_line(program, "moving")
+            self.assertIn("stopped its motors", sinew("stop", *self.sim.robot).stdout)
+            self.assertIn("stopped from outside", program.stdout.readline())
+            before = looks()
+            self.assertFalse([joint for joint, (mode, _) in before.items() if mode == "brake" or mode in OFF], before)
+        finally:
+            program.kill()
+            program.wait()
+            program.stdout.close()
+            said = program.stderr.read()  # up to the end of its guardian, which writes there
+            program.stderr.close()
+        self.assertNotIn("guardian sent the stop", said)
+        self.assertEqual({joint: mode for joint, (mode, _) in looks().items()},
+                         {joint: mode for joint, (mode, _) in before.items()})
+
     def live(self, part, program, chance):
         """Up to the moment at which it is hit. Who else stops it then."""
         if part == "starting":

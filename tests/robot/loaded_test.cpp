@@ -61,6 +61,28 @@ private:
     double from_, before_, furthest_ = 0.0, all_ = 0.0;
 };
 
+/// How often the arm is braked.
+class Brakes
+{
+public:
+    explicit Brakes(Rig& rig) : rig_(rig)
+    {
+        rig.robot->buses()[0]->set_tap([this](const bus::Tapped&) { look(); });
+    }
+    void look()
+    {
+        const bool is_braked = rig_.simulator->world().look("arm")->mode == "brake";
+        times_ += is_braked && !was_braked_ ? 1 : 0;
+        was_braked_ = is_braked;
+    }
+    int times() const { return times_; }
+
+private:
+    Rig& rig_;
+    bool was_braked_ = false;
+    int times_ = 0;
+};
+
 void cycle(Rig& rig, int times)
 {
     for (int i = 0; i < times; ++i) {
@@ -178,6 +200,78 @@ TEST(Loaded, AnArmWhoseLinkIsBackIsHeldByEveryStopThatFollows)
         EXPECT_EQ(arm.did, Mode::hold);
         EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
     }
+}
+
+/// An adapter that was pulled and put back, and each stop braked it for a look.
+TEST(Loaded, AnArmWhoseLinkIsBackAndThatHoldsDoesNotSinkInTheStopsThatFollow)
+{
+    Rig rig(file_of(file_text({.gravity_torque_nm = 1.0})));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(1s)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", false));
+    EXPECT_NE(said(rig.run(1s)), "");
+    ASSERT_TRUE(rig.simulator->set_plugged("s", true));
+    cycle(rig, 100);
+    (void)rig.robot->stop();
+    Way way(rig);
+    for (int times = 0; times < 3; ++times) {
+        const auto arm = rig.robot->stop().front();
+        EXPECT_EQ(arm.outcome, Stopped::Outcome::confirmed) << to_sentence(arm.why);
+        cycle(rig, 100);
+    }
+    EXPECT_LT(way.furthest_deg(), 0.5);
+}
+
+/// What turns fast may be told where to hold for a short time only; that is no reason to brake what stands.
+TEST(Loaded, AnArmIsHeldByAStopAlthoughAServoBesideItTurnsFast)
+{
+    for (const double speed_deg_s : {20.0, 40.0, 60.0, 80.0})
+        for (int asked_at = 1; asked_at < 60; asked_at += 3) {
+            Rig rig(file_of(file_text({.others = 15, .bit_rate = 57'600, .gravity_torque_nm = 1.0})));
+            rig.enable();
+            ASSERT_EQ(said(rig.run(1s)), "");
+            ASSERT_EQ(said(rig.robot->set("j2", {.mode = Mode::position,
+                                                 .position_rad = rig.truth_rad("j2") + units::rad(100),
+                                                 .velocity_rad_s = units::rad(speed_deg_s)})),
+                      "");
+            ASSERT_EQ(said(rig.run(300ms)), "");
+            ASSERT_GT(std::abs(rig.truth_rad_s("j2")), units::rad(speed_deg_s / 2));
+            Brakes brakes(rig);
+            int sent = 0;
+            rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+                brakes.look();
+                if (tapped.verdict == bus::Verdict::sent && ++sent == asked_at)
+                    rig.robot->request_stop();
+            });
+            EXPECT_EQ(rig.run(1s).error().code, Errc::stopped);
+            cycle(rig, 100);
+            EXPECT_EQ(brakes.times(), 0) << speed_deg_s << " deg/s, at frame " << asked_at;
+        }
+}
+
+/// One was let go of by `enable`, which says nothing of how long it takes to look at all.
+TEST(Loaded, AnArmIsHeldByAStopBeforeTheFirstCycleOfASlowLine)
+{
+    Rig rig(file_of(file_text({.others = 15, .bit_rate = 9600, .gravity_torque_nm = 1.0})));
+    rig.enable();
+    Brakes brakes(rig);
+    const auto arm = rig.robot->stop().front();
+    EXPECT_EQ(arm.outcome, Stopped::Outcome::confirmed) << to_sentence(arm.why);
+    EXPECT_EQ(brakes.times(), 0);
+}
+
+/// Each was braked, for the program had looked at nobody for a while.
+TEST(Loaded, AnArmOfASlowLineIsBrakedOnceAtMostByAStopAfterAPause)
+{
+    Rig rig(file_of(file_text({.others = 15, .bit_rate = 9600, .gravity_torque_nm = 1.0})));
+    rig.enable();
+    ASSERT_EQ(said(rig.run(3s)), "");
+    wait(*rig.simulator, 1s);
+    Brakes brakes(rig);
+    for (const auto& one : rig.robot->stop())
+        EXPECT_EQ(one.outcome, Stopped::Outcome::confirmed) << one.joint << ": " << to_sentence(one.why);
+    EXPECT_LE(brakes.times(), 1);
+    EXPECT_EQ(rig.simulator->world().look("arm")->mode, "general");
 }
 
 /// Each letting go lets the load down, and none is acknowledged.

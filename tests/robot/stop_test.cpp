@@ -1,4 +1,5 @@
 #include "tests/robot/by_hand.hpp"
+#include "tests/robot/lossy_can.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -288,6 +289,35 @@ TEST(Stop, AStopDoesNotWaitForADeviceThatIsNotThereAtEveryLookAtTheOthers)
     };
     // It is asked three times, for what it does and for its whole state: no more than ten frames.
     EXPECT_LT(time_to_stop(false), time_to_stop(true) + 3 * 10 * 0.5);
+}
+
+/// Another program moves it as soon as it stands, and somebody sees that.
+TEST(Stop, OneThatIsAskedForWhileAnotherIsCheckedIsCarriedOut)
+{
+    LossyRobot one("version = 1\n[bus.r]\nfamily = \"rmd\"\n[joint.knee]\nbus = \"r\"\nid = 1\nmodel = \"MG\"\n"
+                   "profile = \"rmd-2.35\"\n");
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.5}, 1s)), "");
+    std::optional<wire::Frame> turn;
+    one.losses.of_sent = [&](const wire::Frame& frame) {
+        if (frame.data[0] == 0xA2 && !turn)
+            turn = frame;
+        return false;
+    };
+    ASSERT_EQ(said(one.run({.mode = Mode::velocity, .velocity_rad_s = 0.6}, 100ms)), "");
+    ASSERT_TRUE(turn);
+    bool has_stopped = false, is_moved = false;
+    one.losses.others = [&](const wire::Frame& frame) -> std::optional<wire::Frame> {
+        const bool is_reading = frame.data[0] == 0x9C;
+        has_stopped = has_stopped || !is_reading;
+        if (!has_stopped || !is_reading || std::exchange(is_moved, true))
+            return std::nullopt;
+        one.robot->request_stop();
+        return turn;
+    };
+    const auto knee = one.robot->stop().front();
+    ASSERT_TRUE(is_moved);
+    EXPECT_EQ(knee.outcome, Stopped::Outcome::confirmed) << to_sentence(knee.why);
+    EXPECT_LT(std::abs(one.simulator->world().look("knee")->velocity_rad_s), 0.01);
 }
 
 TEST(Stop, ARequestedStopEndsTheLoop)
