@@ -11,16 +11,10 @@ namespace {
 constexpr Duration between_beats = std::chrono::milliseconds{20};
 
 /// A guardian cannot look.
-StopFrames frames_of(Line& line, TimePoint now)
+StopFrames frames_of(Line& line, Line::Whom whom, TimePoint now)
 {
-    const auto [requests, until] = line.blind_stop(now);
-    return {.seen = requests, .unseen = line.unseen_stop_requests(), .seen_for = until - now};
-}
-
-/// Of a robot that is stopped: who holds is not braked, for that would let his load down.
-bool has_nothing_to_hear(const Line& line)
-{
-    return !line.owes_stop() && std::ranges::none_of(line.joints(), &Joint::owes_stop);
+    const auto [seen, until, unseen] = line.blind_stop(whom, now);
+    return {.seen = seen, .unseen = unseen, .seen_for = until - now};
 }
 
 } // namespace
@@ -43,7 +37,7 @@ std::expected<void, Error> Core::hand_over(std::size_t line)
         return {};
     const TimePoint now = clock->now();
     lines[line]->prepare_stop(now);
-    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line], now));
+    auto watched = guardian_->watch(line, uris_[line], bus.link(), frames_of(*lines[line], Line::Whom::all, now));
     if (watched)
         known_[line] = bus.losses();
     return watched;
@@ -93,8 +87,8 @@ void Core::tell_the_guardian(Line& line)
         guardian_->forget(at);
         known_[at].reset();
     } else {
-        const bool is_over = !enabled && has_nothing_to_hear(line);
-        guardian_->update(at, lines[at]->bus().link(), is_over ? StopFrames{} : frames_of(line, clock->now()));
+        const auto whom = enabled || line.owes_stop() ? Line::Whom::all : Line::Whom::owing;
+        guardian_->update(at, lines[at]->bus().link(), frames_of(line, whom, clock->now()));
     }
 }
 

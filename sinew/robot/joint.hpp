@@ -126,7 +126,8 @@ private:
     bool can_walk(const Command& command) const;
     void absorb(const wire::Request& asked, const wire::Frame& reply, TimePoint at);
     /// Whether it may have lost what it was told in that time.
-    bool is_doubtful(Duration silence) const;
+    bool is_doubtful(Duration silence) const { return silence > usual_silence(); }
+    Duration usual_silence() const;
     bool is_silent() const;
     bool is_plausible(const actuator::Measured<double>& before);
     /// Whether it counts from where it stood at power-on, and does not say when that was (Nuri).
@@ -234,8 +235,8 @@ private:
     actuator::Measured<double> suspect_;     ///< a position that nobody believes yet
     int agreed_ = 0;                         ///< how many answers in a row say that
     Duration interval_{};                    ///< at which it is looked at
-    Duration asked_for_{};                   ///< what its answers took, the last time
-    Duration exchange_{};                    ///< the same of all of its line
+    Duration answering_{};                   ///< what that took, the last time
+    Duration exchange_{};                    ///< the same of all of its line, or of the line that all wait for
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
     struct Silence {
         TimePoint since{};

@@ -68,9 +68,9 @@ bool Joint::is_no_leap(const actuator::Measured<double>& before)
     return suspect.has_value();
 }
 
-bool Joint::is_doubtful(Duration silence) const
+Duration Joint::usual_silence() const
 {
-    return silence > std::max(doubtful_silence, lost_without_doubt * interval_);
+    return std::max<Duration>(doubtful_silence, lost_without_doubt * interval_);
 }
 
 bool Joint::is_silent() const

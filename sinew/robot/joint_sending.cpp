@@ -14,6 +14,8 @@ namespace {
 
 /// The loop may have been late; what it was late by is not walked at once.
 constexpr Duration longest_step = std::chrono::milliseconds{50};
+/// Where it was is no place to hold later, however seldom it is looked at.
+constexpr Duration longest_trust = std::chrono::seconds{1};
 
 } // namespace
 
@@ -184,7 +186,10 @@ TimePoint Joint::seen_until(Places places) const
         return TimePoint::min();
     if (!holds_a_position_)
         return TimePoint::max();
-    Duration lasting = doubtful_silence + 2 * exchange_;
+    // A hand may move what was let go as soon as nobody looks.
+    const bool is_free = lets_go(command_) || lets_go(planned_);
+    Duration lasting =
+        (is_free ? doubtful_silence : std::min<Duration>(usual_silence(), longest_trust)) + 2 * exchange_;
     const double speed_rad_s = std::abs(guard_.velocity_rad_s()) * mounting_.ratio;
     if (places == Places::fresh && speed_rad_s * seconds(lasting) > giving_way_rad)
         lasting = from_seconds(giving_way_rad / speed_rad_s);

@@ -30,7 +30,7 @@ void Line::set_joints(std::vector<Joint*> joints)
     requests_.resize(most);
     results_.resize(most);
     owners_.resize(most);
-    for (auto* all : {&stop_requests_, &unseen_stop_requests_, &blind_stop_requests_})
+    for (auto* all : {&stop_requests_, &unseen_stop_requests_, &blind_stop_requests_, &blind_unseen_requests_})
         all->reserve(joints_.size() * wire::Requests::capacity + 1);
     for (Joint* joint : joints_)
         if (dynamic_cast<rmd::Driver*>(joint->driver_.get()) != nullptr && id_of(joint->device()) <= last_of_group)
@@ -115,7 +115,7 @@ void Line::plan_cycle(TimePoint now)
 {
     clear();
     has_looked_ = false;
-    prepare_stop(now + exchange());
+    prepare_stop(now + (joints_.empty() ? Duration{} : joints_.front()->exchange_));
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
         if (joint->must_set_up_)
@@ -249,10 +249,13 @@ void Line::start()
 /// What is missing says nothing of that, nor who was not asked.
 void Line::note_times()
 {
-    for (const bool begins : {true, false})
-        for (std::size_t i = 0; i < size_; ++i)
-            if (Joint* joint = owners_[i]; joint != nullptr && results_[i].good)
-                joint->asked_for_ = begins ? Duration{} : joint->asked_for_ + (results_[i].at - results_[i].sent_at);
+    for (std::size_t i = 0; i < size_; ++i)
+        if (owners_[i] != nullptr && results_[i].good)
+            owners_[i]->answering_ = {};
+    const int times = bus_->conversation().settings().double_read ? 2 : 1; // the time is that of the second
+    for (std::size_t i = 0; i < size_; ++i)
+        if (owners_[i] != nullptr && results_[i].good)
+            owners_[i]->answering_ += times * (results_[i].at - results_[i].sent_at);
     note_exchange(exchange());
 }
 
@@ -260,7 +263,7 @@ Duration Line::exchange() const
 {
     Duration all{};
     for (const Joint* joint : joints_)
-        all += joint->asked_for_;
+        all += joint->answering_;
     return all;
 }
 

@@ -48,8 +48,8 @@ public:
     void prepare_stop(TimePoint at);
     void note_the_stop(TimePoint now);
     void forget_where_it_held(TimePoint now);
-    /// Whether it must not be told a place in a stop then.
-    bool is_unseen(const Joint& joint, Joint::Places places, TimePoint at) const;
+    /// Whether a stop tells it no place where to hold then.
+    bool tells_no_place(const Joint& joint, Joint::Places places, TimePoint at) const;
     /// What a cycle carries beside the commands, now and then: settings of a device that has started afresh, the rest
     /// of its state, and whether it has.
     enum class Beside : std::uint8_t { settings, full_state, reset_check };
@@ -58,12 +58,15 @@ public:
     std::span<const wire::Request> stop_requests() const { return stop_requests_; }
     /// What it sends when nobody has looked at the joints for a while.
     std::span<const wire::Request> unseen_stop_requests() const { return unseen_stop_requests_; }
-    /// What somebody sends who cannot look himself, until that is too long ago.
+    /// Whom a stop tells. Who has stopped already holds, perhaps with a load, and is left alone.
+    enum class Whom : std::uint8_t { all, owing };
+    /// What somebody sends who cannot look himself: until that is too long ago, and then.
     struct BlindStop {
-        std::span<const wire::Request> requests;
+        std::span<const wire::Request> seen;
         TimePoint until{};
+        std::span<const wire::Request> unseen;
     };
-    BlindStop blind_stop(TimePoint now);
+    BlindStop blind_stop(Whom whom, TimePoint now);
 
     // ---- the exchange ----
 
@@ -71,7 +74,7 @@ public:
     bool busy() const { return busy_; }
     /// After its end: what came back goes to the joints.
     void absorb(TimePoint now);
-    /// How long it takes to look at all joints, each as it was asked last.
+    /// What it took to look at all joints, each the last time that it answered.
     Duration exchange() const;
     void note_exchange(Duration time);
     /// What the supervisors find; limits and time-outs are seen to, a fault of the robot is returned.
@@ -105,7 +108,7 @@ public:
 private:
     friend class LoadOfLine; // load.cpp
 
-    TimePoint collect_stop(std::vector<wire::Request>& into, Joint::Places places, TimePoint at) const;
+    TimePoint collect_stop(std::vector<wire::Request>& into, Whom whom, Joint::Places places, TimePoint at) const;
     bool is_of_before_a_loss(const Joint& joint) const;
     void note_times();
     bool plan_group(TimePoint now);
@@ -121,6 +124,7 @@ private:
     TimePoint due_{};
     TimePoint begun_at_{}, absorbed_at_{};
     Duration interval_{};
+    Duration usual_gap_{}; ///< between two times that it is asked while it is not driven
     bool busy_ = false;
     bool has_looked_ = false; ///< for the cycle that comes
     bool owes_stop_ = false;
@@ -133,7 +137,7 @@ private:
     std::vector<Joint*> owners_; ///< nullptr: of the group
     std::size_t size_ = 0;
     std::size_t next_full_ = 0;
-    std::vector<wire::Request> stop_requests_, unseen_stop_requests_, blind_stop_requests_;
+    std::vector<wire::Request> stop_requests_, unseen_stop_requests_, blind_stop_requests_, blind_unseen_requests_;
 };
 
 } // namespace sinew::robot

@@ -133,7 +133,7 @@ private:
             for (Joint* joint : line_.joints_)
                 joint->command_ = {.mode = mode};
             std::vector<wire::Request> requests;
-            line_.collect_stop(requests, places, TimePoint{});
+            line_.collect_stop(requests, Line::Whom::all, places, TimePoint{});
             all.push_back(named(requests));
             for (std::size_t i = 0; i < longest.size(); ++i) {
                 std::vector<Load::Part> own;

@@ -76,7 +76,7 @@ bool Core::is_asked(const Joint& joint, const Stopped& outcome, const Look& look
 void Core::ask(Line& line, Joint& joint, Stopped& outcome, const Look& look)
 {
     // A reading may say that it cannot do what it was told.
-    const bool unseen = line.is_unseen(joint, Joint::Places::fresh, clock->now());
+    const bool unseen = line.tells_no_place(joint, Joint::Places::fresh, clock->now());
     const Mode now = joint.stopping(unseen);
     const bool is_new = std::exchange(outcome.did, now) != now;
     const bool has_not_heard = joint.unheard_ || joint.is_limp(now);
@@ -167,8 +167,7 @@ bool Core::hold_what_was_braked(std::vector<Stopped>& outcomes)
 {
     const auto is_braked = [&](Line& line, const Joint& joint) {
         return joint.is_told_ && joint.told_ != Mode::hold && joint.stopping(false) == Mode::hold &&
-               line.bus().link_trouble() == nullptr && joint.silences_ == 0 &&
-               outcome_of(joint, outcomes).outcome != Stopped::Outcome::failed;
+               line.bus().link_trouble() == nullptr && joint.silences_ == 0 && !joint.missing_since_;
     };
     const auto exchange_with = [&](Line& one, Joint& joint, const std::expected<wire::Requests, Error>& plan) {
         for (auto& line : lines)
@@ -198,6 +197,7 @@ bool Core::hold_what_was_braked(std::vector<Stopped>& outcomes)
 
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
+    hold_what_was_braked(outcomes); // before a look that waits for who does not answer
     for (int look = 0;; ++look) {
         if (heed_another_stop() && clock->now() < end)
             look = 0;
@@ -363,7 +363,8 @@ std::vector<Stopped> Core::stop(const std::string& why)
         joint.note_whether_it_turns();
         joint.silences_ = joint.lettings_go_ = 0;
         joint.silent_for_ = {};
-        joint.is_told_ = joint.is_given_up_ = joint.is_heard_again_ = false;
+        joint.is_told_ = joint.was_told_to_hold(); // by the stop before: where it is looked at seldom it holds as well
+        joint.is_given_up_ = joint.is_heard_again_ = false;
         const bool unseen = joint.is_unseen(Joint::Places::fresh, clock->now());
         outcomes.push_back({.joint = joint.name(), .did = joint.stopping(unseen)});
         joint.closed_ = "the robot is stopped; enable it again";

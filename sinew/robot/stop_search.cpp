@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <utility>
 
 namespace sinew::robot {
 
@@ -39,6 +40,8 @@ StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, const 
         return Seen::too_far;
     if (!here || here.at() < looked_at_)
         return Seen::way;
+    if (here.at() > measured_at_)
+        gap_ = here.at() - std::exchange(measured_at_, here.at());
     if (current_a && std::abs(*current_a) < least_push_a)
         idle_at_ = std::max(idle_at_, current_a.at());
     const double way = std::abs(*here - from_rad_);
@@ -47,7 +50,7 @@ StopSearch::Seen StopSearch::look(const actuator::Measured<double>& here, const 
     const Duration time = here.at() - since_;
     if (time >= stand_still) {
         const bool stands = way < share_of_way * velocity_rad_s_ * seconds(time);
-        const bool is_idle = here.at() - idle_at_ < pushes_for;
+        const bool is_idle = here.at() - idle_at_ < std::max(pushes_for, 5 * gap_ / 2);
         if (stands && (!is_idle || stood_idle_))
             return Seen::stop;
         stood_idle_ = stands;

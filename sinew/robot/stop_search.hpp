@@ -37,7 +37,7 @@ public:
     static constexpr Duration gets_going = std::chrono::seconds{1};
     static_assert(gets_going > 2 * repetition);
     static constexpr double least_push_a = 0.05; ///< less is none: half a step of the coarsest reading (Nuri)
-    /// In every reading for so long: one that stands free may read a step now and then.
+    /// In every reading for so long, and in three at least: one that stands free may read a step now and then.
     static constexpr Duration pushes_for = std::chrono::milliseconds{100};
     static_assert(pushes_for < (1.0 - share_of_way) * stand_still); // of all that it has been standing
 
@@ -59,6 +59,8 @@ private:
     TimePoint looked_at_{}; ///< at `from_rad_`
     TimePoint since_{};     ///< and from then on it must get along
     TimePoint until_{};
+    TimePoint measured_at_{}; ///< the last time
+    Duration gap_{};          ///< since the time before
     TimePoint idle_at_{};     ///< it did not push
     bool stood_idle_ = false; ///< without a push, once
 };

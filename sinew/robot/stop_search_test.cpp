@@ -12,11 +12,11 @@ using namespace std::chrono_literals;
 
 constexpr double speed_rad_s = 0.5;
 constexpr Duration turns_for = 2s; ///< before it stands
-constexpr Duration between_looks = 10ms;
 
 /// How long after it has come to stand that passes for its stop, with the current that it reads while it stands;
 /// nothing: not in `within`.
-std::optional<Duration> found_after(const std::function<double(int look)>& current_a, Duration within)
+std::optional<Duration> found_after(Duration between_looks, const std::function<double(int look)>& current_a,
+                                    Duration within)
 {
     config::Joint joint;
     joint.home.velocity_rad_s = speed_rad_s;
@@ -38,7 +38,7 @@ std::optional<Duration> found_after(const std::function<double(int look)>& curre
 
 TEST(StopSearch, WhatStandsAndPushesHasFoundItsStop)
 {
-    const auto found = found_after([](int) { return -0.3; }, 1s);
+    const auto found = found_after(10ms, [](int) { return -0.3; }, 1s);
     ASSERT_TRUE(found);
     EXPECT_LE(*found, 2 * StopSearch::stand_still);
 }
@@ -46,16 +46,18 @@ TEST(StopSearch, WhatStandsAndPushesHasFoundItsStop)
 /// It has started afresh, and does not turn until it is told again.
 TEST(StopSearch, WhatStandsFreeAndReadsAStepOfCurrentNowAndThenHasNotFoundItsStop)
 {
-    for (const int rarely : {2, 3, 5, 10})
-        for (int phase = 0; phase < rarely; ++phase)
-            EXPECT_FALSE(
-                found_after([&](int look) { return look % rarely == phase ? 0.1 : 0.0; }, StopSearch::gets_going))
-                << "every " << rarely << " looks";
+    for (const Duration gap : {Duration(10ms), Duration(50ms), Duration(110ms), Duration(250ms)})
+        for (const int rarely : {2, 3, 5, 10})
+            for (int phase = 0; phase < rarely; ++phase) {
+                const auto a_step = [&](int look) { return look % rarely == phase ? 0.1 : 0.0; };
+                EXPECT_FALSE(found_after(gap, a_step, StopSearch::gets_going))
+                    << "every " << rarely << " looks, one every " << seconds(gap) << " s";
+            }
 }
 
 TEST(StopSearch, WhatWasToldAgainAndStandsStillHasFoundItsStopThoughItSeemsNotToPush)
 {
-    EXPECT_TRUE(found_after([](int) { return 0.0; }, StopSearch::gets_going + 3 * StopSearch::stand_still));
+    EXPECT_TRUE(found_after(10ms, [](int) { return 0.0; }, StopSearch::gets_going + 3 * StopSearch::stand_still));
 }
 
 } // namespace
