@@ -86,7 +86,7 @@ void Joint::failed(const Error& error, TimePoint since, const wire::Request* ask
 {
     ++failures_;
     trouble_ = error;
-    if (!missing_since_)
+    if (!missing_since_ && error.code != Errc::stopped) // a stop ends what others were asked; it was not silent
         missing_since_ = since;
     fresh_ = true;
     if (asked == nullptr || asked->message->info.access == wire::Access::read)

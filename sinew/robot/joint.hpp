@@ -148,6 +148,7 @@ private:
         fresh,  ///< and what turns must not turn back far
         latest, ///< as old as they become on its line while it is looked at all the time
     };
+    bool is_to_stay() const;
     /// The maximum where it need not be told where.
     TimePoint seen_until(Places places) const;
     bool is_unseen(Places places, TimePoint at) const { return at > seen_until(places); }

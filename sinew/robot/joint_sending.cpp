@@ -14,8 +14,6 @@ namespace {
 
 /// The loop may have been late; what it was late by is not walked at once.
 constexpr Duration longest_step = std::chrono::milliseconds{50};
-/// Where it was is no place to hold later, however seldom it is looked at.
-constexpr Duration longest_trust = std::chrono::seconds{1};
 
 } // namespace
 
@@ -179,6 +177,14 @@ Mode Joint::holding(bool unseen) const
     return unseen || is_hot || is_silent() ? unseen_hold_ : Mode::hold;
 }
 
+/// A hand moves what was let go as soon as nobody looks, and what was sent elsewhere is on its way.
+bool Joint::is_to_stay() const
+{
+    const bool is_there = planned_.mode == Mode::position && planned_.position_rad && raw_.position_rad &&
+                          std::abs(*planned_.position_rad - *raw_.position_rad) <= 2 * giving_way_rad;
+    return !lets_go(command_) && (planned_.mode == Mode::hold || is_there);
+}
+
 /// Later nobody has looked for a while: the program did something else, and so may a hand have.
 TimePoint Joint::seen_until(Places places) const
 {
@@ -186,10 +192,8 @@ TimePoint Joint::seen_until(Places places) const
         return TimePoint::min();
     if (!holds_a_position_)
         return TimePoint::max();
-    // A hand may move what was let go as soon as nobody looks.
-    const bool is_free = lets_go(command_) || lets_go(planned_);
     Duration lasting =
-        (is_free ? doubtful_silence : std::min<Duration>(usual_silence(), longest_trust)) + 2 * exchange_;
+        (is_to_stay() ? std::min<Duration>(usual_silence(), longest_trust) : doubtful_silence) + 2 * exchange_;
     const double speed_rad_s = std::abs(guard_.velocity_rad_s()) * mounting_.ratio;
     if (places == Places::fresh && speed_rad_s * seconds(lasting) > giving_way_rad)
         lasting = from_seconds(giving_way_rad / speed_rad_s);

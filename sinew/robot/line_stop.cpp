@@ -74,11 +74,11 @@ void Line::prepare_stop(TimePoint at)
 /// asks seldom does not forget every time: at each new place a load comes down a little.
 void Line::forget_where_it_held(TimePoint now)
 {
-    if (busy_)
+    if (busy_ || absorbed_at_ == TimePoint{})
         return;
     const Duration gap = now - absorbed_at_;
     const Duration usual = std::exchange(usual_gap_, std::max(gap, usual_gap_ / 2));
-    if (gap > std::max<Duration>(doubtful_silence, 2 * usual))
+    if (gap > std::clamp<Duration>(2 * usual, doubtful_silence, longest_trust))
         for (Joint* joint : joints_)
             joint->is_held_ = false;
 }

@@ -12,6 +12,9 @@ inline constexpr double giving_way_rad = units::rad(5.0);
 /// A device that gave no answer for so long may have lost its supply meanwhile, which nothing that it says could show.
 inline constexpr Duration doubtful_silence = std::chrono::milliseconds{100};
 
+/// Where it was is no place to hold after so long, however seldom it is looked at.
+inline constexpr Duration longest_trust = std::chrono::seconds{1};
+
 /// What a robot file holds a joint to: its own limits, else those of `[safety]`. `can`: what the joint
 /// can, where that is known.
 Rules rules_of(const config::Joint& joint, const config::Safety& safety, const actuator::Capabilities& can = {});

@@ -197,10 +197,11 @@ bool Core::hold_what_was_braked(std::vector<Stopped>& outcomes)
 
 void Core::verify(std::vector<Stopped>& outcomes, TimePoint end)
 {
-    hold_what_was_braked(outcomes); // before a look that waits for who does not answer
     for (int look = 0;; ++look) {
         if (heed_another_stop() && clock->now() < end)
             look = 0;
+        if (look == 0)
+            hold_what_was_braked(outcomes); // before it waits for who does not answer
         const bool all_answered =
             std::ranges::none_of(outcomes, [](const Stopped& one) { return one.outcome == Stopped::Outcome::failed; });
         const bool command = look == 0 || (look < most_repetitions && !all_answered);

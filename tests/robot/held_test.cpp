@@ -90,6 +90,53 @@ TEST(Held, AnArmDoesNotSinkInStopsBetweenWhichItIsLookedAtSeldom)
     }
 }
 
+/// A program that waits for its user, on a machine that has been on for a while. The emergency switch, a hand, and the
+/// supply again.
+TEST(Held, AnArmThatWasGuidedWhileNobodyLookedIsNotLedBackByAnotherStopHoweverOftenThatHappens)
+{
+    for (const Duration up : {Duration(0s), Duration(1h)})
+        for (const Duration pause : {Duration(2s), Duration(10s), Duration(30s)}) {
+            Rig rig(file_of(file_text({})));
+            wait(*rig.simulator, up);
+            rig.enable();
+            ASSERT_EQ(said(rig.run(1s)), "");
+            for (int times = 0; times < 3; ++times) {
+                (void)rig.robot->stop();
+                rig.inject(sim::FaultKind::power_cut, "arm", 1.0);
+                guide_by_hand(*rig.simulator, 400ms, 0.2);
+                wait(*rig.simulator, pause);
+                const double guided = rig.truth_rad("arm");
+                Way way(rig);
+                (void)rig.robot->stop();
+                wait(*rig.simulator, 500ms);
+                way.look();
+                EXPECT_LT(way.furthest_deg(), 2.0) << seconds(pause) << " s, up for " << seconds(up) << " s";
+                EXPECT_NEAR(rig.truth_rad("arm"), guided, units::rad(2));
+            }
+        }
+}
+
+/// At 60 deg/s, since a moment before the stop.
+TEST(Held, AServoThatWasSentAwaySinceItWasSeenIsNotLedBackByAStopOfASlowRobot)
+{
+    for (int ms = 10; ms < 1000; ms += 30) {
+        Rig rig(file_of(file_text({.rate_hz = 2})));
+        rig.enable();
+        ASSERT_EQ(said(rig.run(3s)), "");
+        ASSERT_EQ(said(rig.robot->set("arm", {.mode = Mode::velocity, .velocity_rad_s = units::rad(60)})), "");
+        ASSERT_EQ(said(rig.run(std::chrono::milliseconds(ms))), "");
+        double furthest = rig.truth_rad("arm"), back = 0.0;
+        rig.robot->buses()[0]->set_tap([&](const bus::Tapped&) {
+            const double now = rig.truth_rad("arm");
+            furthest = std::max(furthest, now);
+            back = std::max(back, furthest - now);
+        });
+        (void)rig.robot->stop();
+        cycle(rig, 30);
+        EXPECT_LT(units::deg(back), 6.0) << ms << " ms";
+    }
+}
+
 /// A hand kept it from coming to rest, so it owes its stop, and was told a new place after every look.
 TEST(Held, AnArmThatOwesItsStopDoesNotSinkWhereItIsLookedAtSeldom)
 {

@@ -145,6 +145,28 @@ TEST(Loaded, AnArmHardlySinksWhereAnotherServoHasFallenSilent)
         }
 }
 
+/// The stop ends what the others were asked, and they are not silent because of that.
+TEST(Loaded, AnArmHardlySinksInAStopThatIsAskedForWhileAnotherServoIsSilent)
+{
+    for (const int bit_rate : {115'200, 1'500'000})
+        for (int asked_at = 1; asked_at < 70; asked_at += 2) {
+            Rig rig(file_of(file_text({.others = 15, .bit_rate = bit_rate, .gravity_torque_nm = 1.0})));
+            rig.enable();
+            ASSERT_EQ(said(rig.run(2s)), "");
+            rig.inject(sim::FaultKind::unplug, "j16");
+            Way way(rig);
+            int sent = 0;
+            rig.robot->buses()[0]->set_tap([&](const bus::Tapped& tapped) {
+                way.look();
+                if (tapped.verdict == bus::Verdict::sent && ++sent == asked_at)
+                    rig.robot->request_stop();
+            });
+            EXPECT_FALSE(rig.run(5s).has_value());
+            cycle(rig, 50);
+            EXPECT_LT(way.furthest_deg(), 6.0) << "at frame " << asked_at << ", " << bit_rate << " bps"; // it was 23
+        }
+}
+
 /// What is looked at seldom has not been moved because of that.
 TEST(Loaded, AnArmOfABusWithALowRateIsNotBrakedByAStop)
 {
