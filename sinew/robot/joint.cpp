@@ -82,12 +82,24 @@ void Joint::tell(Errc code, std::string says)
     incidents_->add({now(), name(), code, std::move(says)});
 }
 
+/// A stop ends what others were asked, who were not silent because of that; but one after another may.
+void Joint::note_missing(const Error& error, TimePoint since)
+{
+    if (missing_since_)
+        return;
+    if (error.code != Errc::stopped)
+        missing_since_ = cut_since_.value_or(since);
+    else if (!cut_since_)
+        cut_since_ = now();
+    else if (is_doubtful(now() - *cut_since_))
+        missing_since_ = cut_since_;
+}
+
 void Joint::failed(const Error& error, TimePoint since, const wire::Request* asked)
 {
     ++failures_;
     trouble_ = error;
-    if (!missing_since_ && error.code != Errc::stopped) // a stop ends what others were asked; it was not silent
-        missing_since_ = since;
+    note_missing(error, since);
     fresh_ = true;
     if (asked == nullptr || asked->message->info.access == wire::Access::read)
         return;

@@ -138,6 +138,7 @@ private:
     /// One exchange. `since`: when it gives no answer, if this is the first failure in a row; `asked`: what went out;
     /// nullptr: nothing did.
     void failed(const Error& error, TimePoint since, const wire::Request* asked);
+    void note_missing(const Error& error, TimePoint since);
     void tell(Errc code, std::string says);
     Mode policy() const;
     /// To hold, or to brake where that would be a leap. `unseen` as above.
@@ -239,6 +240,7 @@ private:
     Duration answering_{};                   ///< what that took, the last time
     Duration exchange_{};                    ///< the same of all of its line, or of the line that all wait for
     std::optional<TimePoint> missing_since_; ///< no exchange of its has succeeded since
+    std::optional<TimePoint> cut_since_;     ///< all of them were ended by stops since
     struct Silence {
         TimePoint since{};
         Duration lasted{};

@@ -92,6 +92,7 @@ void Joint::absorb(const wire::Request& asked, const wire::Frame& reply, TimePoi
     if (missing_since_ && is_doubtful(at - *missing_since_))
         silence_ = {.since = *missing_since_, .lasted = at - *missing_since_};
     missing_since_.reset();
+    cut_since_.reset();
 }
 
 } // namespace sinew::robot

@@ -115,7 +115,6 @@ void Line::plan_cycle(TimePoint now)
 {
     clear();
     has_looked_ = false;
-    prepare_stop(now + (joints_.empty() ? Duration{} : joints_.front()->exchange_));
     const bool grouped = plan_group(now);
     for (Joint* joint : joints_) {
         if (joint->must_set_up_)
@@ -138,6 +137,7 @@ void Line::plan_cycle(TimePoint now)
         if (requests)
             add(*joint, requests->all());
     }
+    prepare_stop(now + (joints_.empty() ? Duration{} : joints_.front()->exchange_)); // who is sent away does not stay
     add_extras(now);
 }
 

@@ -389,7 +389,8 @@ std::vector<Stopped> Core::stop(const std::string& why)
     conclude(outcomes);
     tell_the_guardian_of_a_stop(outcomes);
     for (Joint& joint : joints) {
-        joint.command_ = joint.planned_ = {.mode = joint.policy()};
+        joint.command_ = {.mode = joint.policy()};
+        joint.planned_ = {.mode = joint.is_told_ ? joint.told_ : joint.policy()};
         joint.owes_stop_ = outcome_of(joint, outcomes).outcome == Stopped::Outcome::failed;
     }
     is_stopping_ = false;

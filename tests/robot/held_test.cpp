@@ -116,6 +116,41 @@ TEST(Held, AnArmThatWasGuidedWhileNobodyLookedIsNotLedBackByAnotherStopHoweverOf
         }
 }
 
+/// A program that looks at a button again and again, which also cuts the supply.
+TEST(Held, AnArmThatWasGuidedWithoutItsSupplyIsNotLedBackByStopsThatEndEveryQuestion)
+{
+    for (const Duration again : {Duration(5ms), Duration(20ms), Duration(33ms), Duration(60ms)}) {
+        Rig rig(file_of(file_text({})));
+        rig.enable();
+        ASSERT_EQ(said(rig.run(1s)), "");
+        const TimePoint begun = rig.now();
+        TimePoint next = begun;
+        double guided = 0.0, furthest = 0.0;
+        bool is_cut = false;
+        rig.robot->buses()[0]->set_tap([&](const bus::Tapped&) {
+            const Duration time = rig.now() - begun;
+            if (time > 50ms && !std::exchange(is_cut, true)) {
+                rig.inject(sim::FaultKind::power_cut, "arm", 1.0);
+                sim::Fault push{.kind = sim::FaultKind::push, .joint = "arm", .for_s = 0.3};
+                push.torque_nm = 0.2;
+                rig.simulator->world().inject(push);
+            }
+            if (time < 900ms)
+                guided = rig.truth_rad("arm");
+            else if (time < 2s)
+                furthest = std::max(furthest, std::abs(rig.truth_rad("arm") - guided));
+            if (time < 2s && rig.now() >= next) {
+                next = rig.now() + again;
+                rig.robot->request_stop();
+            }
+        });
+        (void)rig.robot->stop();
+        cycle(rig, 50);
+        ASSERT_GT(std::abs(guided), units::rad(15)) << seconds(again) << " s";
+        EXPECT_LT(units::deg(furthest), 5.0) << seconds(again) << " s"; // it was 83
+    }
+}
+
 /// At 60 deg/s, since a moment before the stop.
 TEST(Held, AServoThatWasSentAwaySinceItWasSeenIsNotLedBackByAStopOfASlowRobot)
 {

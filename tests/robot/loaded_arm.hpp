@@ -50,6 +50,7 @@ public:
     {
         rig.robot->buses()[0]->set_tap([this](const bus::Tapped&) { look(); });
     }
+    ~Way() { rig_.robot->buses()[0]->set_tap({}); }
     void look()
     {
         const double now = rig_.truth_rad("arm");
@@ -72,6 +73,7 @@ public:
     {
         rig.robot->buses()[0]->set_tap([this](const bus::Tapped&) { look(); });
     }
+    ~Brakes() { rig_.robot->buses()[0]->set_tap({}); }
     void look()
     {
         const bool is_braked = rig_.simulator->world().look("arm")->mode == "brake";

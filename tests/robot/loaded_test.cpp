@@ -91,7 +91,7 @@ TEST(Loaded, AnArmIsHeldByAStopAlthoughAServoBesideItTurnsFast)
 {
     for (const auto& [speed_deg_s, reads_twice] :
          {std::pair{20.0, false}, {40.0, false}, {60.0, false}, {80.0, false}, {60.0, true}, {80.0, true}})
-        for (int asked_at = 1; asked_at < 60; asked_at += 3) {
+        for (int asked_at = 1; asked_at < 60; asked_at += 7) {
             bus::Settings settings;
             settings.double_read = reads_twice;
             Rig rig(file_of(file_text({.others = 15, .bit_rate = 57'600, .gravity_torque_nm = 1.0})), settings);
@@ -149,7 +149,7 @@ TEST(Loaded, AnArmHardlySinksWhereAnotherServoHasFallenSilent)
 TEST(Loaded, AnArmHardlySinksInAStopThatIsAskedForWhileAnotherServoIsSilent)
 {
     for (const int bit_rate : {115'200, 1'500'000})
-        for (int asked_at = 1; asked_at < 70; asked_at += 2) {
+        for (int asked_at = 1; asked_at < 70; asked_at += 6) {
             Rig rig(file_of(file_text({.others = 15, .bit_rate = bit_rate, .gravity_torque_nm = 1.0})));
             rig.enable();
             ASSERT_EQ(said(rig.run(2s)), "");
